@@ -23,11 +23,13 @@ from pathlib import Path
 from typing import Any
 
 import clearway
-from clearway.campaigns.plan_checks import ALL
+from clearway.campaigns.by_robot import is_by_robot
+from clearway.campaigns.plan import CampaignPlan
+from clearway.campaigns.plan_checks import able
 from clearway.navigators.registry import navigator_class, navigator_names
 from clearway.reports import tuning
 from clearway.robots import load_robot
-from clearway.scenarios.suites import load_suite, suite_names
+from clearway.scenarios.suites import Selection, load_suite, suite_names
 from clearway.statistics import success_interval
 from clearway.statistics.multiple import holm
 from clearway.statistics.proportions import mcnemar
@@ -45,12 +47,22 @@ def some(suite: str, scenarios: int, robots: int) -> tuple[str, list[str]]:
 
 
 def fought(
-    suite: str, robot: str, navigators: list[str], names: list[str], folder: Path, workers: int | None, why: list[str]
+    suite: str,
+    robot: str,
+    navigators: list[str],
+    names: list[str],
+    folder: Path,
+    workers: int | None,
+    why: dict[str, str],
 ) -> dict[str, list[Row]]:
-    """The rows of each navigator that can drive there, in the same order; `why` is told who can't."""
-    out = folder / suite
+    """The rows of each navigator that can drive there, in the same order; `why` is told of each other one why it can't."""
+    out, selection = folder / suite, Selection(scenarios=tuple(names))
+    can, unable = able(CampaignPlan((suite,), (robot,), selection=selection), navigators)
+    why |= unable
+    if not can:
+        return {}
     results = clearway.run(
-        suite, robots=[robot], navigators=navigators, scenarios=names, out=out, resume=out.exists(), workers=workers, told=why.append,
+        suite, robots=[robot], navigators=can, scenarios=names, out=out, resume=out.exists(), workers=workers,
     )  # fmt: skip
     found: dict[str, list[Row]] = {}
     for row in results.trials.to_pylist():
@@ -68,6 +80,8 @@ def cell(rows: list[Row]) -> str:
 
 def against_the_best(found: dict[str, list[Row]]) -> dict[str, float]:
     """Of each navigator but the best the probability of its losses if it were as good."""
+    if not found:
+        return {}
     best = max(found, key=lambda name: sum(bool(row["success"]) for row in found[name]))
     chances = {}
     for name, rows in found.items():
@@ -88,21 +102,25 @@ def main() -> None:
     parser.add_argument("--workers", type=int)
     parser.add_argument("--smoke", action="store_true")
     asked = parser.parse_args()
-    suites, navigators = asked.suite or suite_names(), asked.navigator or [ALL]
+    suites = asked.suite or suite_names()
+    named = list(dict.fromkeys(asked.navigator)) or [
+        n for n in navigator_names() if not getattr(navigator_class(n), "privileged", False)
+    ]
     if asked.smoke:
-        suites, navigators, asked.scenarios = ["sar-case1"], ["orca", "colregs-apf"], 1
-    named = [n for n in navigator_names() if not getattr(navigator_class(n), "privileged", False)]
-    named = named if navigators == [ALL] else navigators
-    unable: dict[str, list[str]] = {}
+        suites, named, asked.scenarios = ["sar-case1"], ["orca", "colregs-apf"], 1
+    for name in named:
+        if not is_by_robot(name):
+            navigator_class(name)  # a misspelt one is told before anything runs
+    unable: dict[tuple[str, str], list[str]] = {}
     lines: list[tuple[str, str, dict[str, list[Row]], float]] = []
     with tempfile.TemporaryDirectory() as scratch:
         for suite in suites:
             robot, names = some(suite, asked.scenarios, asked.robots)
-            before, why = time.perf_counter(), list[str]()
-            found = fought(suite, robot, navigators, names, asked.out or Path(scratch), asked.workers, why)
+            before, why = time.perf_counter(), dict[str, str]()
+            found = fought(suite, robot, named, names, asked.out or Path(scratch), asked.workers, why)
             lines.append((suite, robot, found, time.perf_counter() - before))
-            for sentence in why:
-                unable.setdefault(sentence, []).append(suite)
+            for one in why.items():
+                unable.setdefault(one, []).append(suite)
             print(f"{suite}: {lines[-1][3]:.0f} s", flush=True)
     chances = [(suite, name, p) for suite, _, found, _ in lines for name, p in against_the_best(found).items()]
     worse = {c[:2] for c, p in zip(chances, holm([p for *_, p in chances]), strict=True) if p < 0.05}
@@ -110,9 +128,8 @@ def main() -> None:
     for suite, robot, found, seconds in lines:
         cells = [f"{cell(found[n])}{' ↓' * ((suite, n) in worse)}" if n in found else "–" for n in named]
         print(f"| {suite} | {robot} | {' | '.join(cells)} | {seconds:.0f} |")
-    for sentence, where in unable.items():
-        if sentence.partition(":")[0].removeprefix("without ") in named:
-            print(f"\n– in {', '.join(where)}: {sentence}")
+    for (name, reason), where in unable.items():
+        print(f"\n– in {', '.join(where)}: without {name}: {reason}")
 
 
 if __name__ == "__main__":

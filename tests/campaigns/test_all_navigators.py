@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+import sys
 from pathlib import Path
 
 import pytest
@@ -41,6 +43,36 @@ def test_who_plans_on_a_map_is_left_out_where_there_is_none(tmp_path: Path) -> N
     asked = {"navigators": [f"nav2[params={nav2}]"], "configurations": ["time-1"], "localisation": "odometry"}
     with pytest.raises(ClearwayError, match="local_costmap has a static layer"):
         clearway.run("replayed", robots=["tiago"], **asked)
+
+
+def test_of_those_that_are_named_too_and_by_robot() -> None:
+    campaign = CampaignPlan(("crowd",), ("crowdnav-disc",), selection=Selection(configurations=("case-0",)))
+    can, why = able(campaign, ["crowdnav-disc=orca", "tiago=orca", "hp-tmpc", "hp-st-foresight"])
+    assert can == ("crowdnav-disc=orca", "hp-st-foresight")  # who names one that is told the future means it
+    assert "omnidirectional" in why["hp-tmpc"]
+    assert "does not say who drives the robot 'crowdnav-disc'" in why["tiago=orca"]
+
+
+CONTEST = Path(__file__).parents[2] / "benchmarks" / "contest.py"
+
+
+@pytest.mark.parametrize("able_too", [["--navigator", "orca"], []])
+def test_the_contest_says_below_its_table_why_one_that_is_named_cannot_drive(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], able_too: list[str]
+) -> None:
+    spec = importlib.util.spec_from_file_location("contest", CONTEST)
+    assert spec is not None
+    assert spec.loader is not None
+    contest = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(contest)
+    asked = ["--suite", "crowd", "--scenarios", "1", "--workers", "0", *able_too, "--navigator", "hp-tmpc"]
+    monkeypatch.setattr(sys, "argv", ["contest.py", *asked])
+    contest.main()
+    said = capsys.readouterr().out
+    [row] = [line for line in said.splitlines() if line.startswith("| crowd |")]
+    *others, barred = row.split(" | ")[2:-1]
+    assert ([cell[:3] for cell in others], barred) == (["1/1"] if able_too else [], "–")
+    assert "\n– in crowd: without hp-tmpc: " in said
 
 
 def test_what_is_wrong_whoever_drives_is_told_as_ever() -> None:

@@ -20,6 +20,7 @@ from clearway.campaigns.rerun import Rerun
 from clearway.campaigns.rerun import rerun as rerun_trial
 from clearway.campaigns.shards import merge_shards, read_shard
 from clearway.campaigns.variants import variants
+from clearway.errors import ClearwayError
 from clearway.robots import Robot
 from clearway.scenarios.replay import Replay
 from clearway.scenarios.scenario import Scenario
@@ -152,6 +153,8 @@ def run(
             map=None if map is None else str(map), tracking=tracking,
         )  # fmt: skip
         can, why = able(anybody)
+        if not can:
+            raise ClearwayError(f"no navigator can drive there; {next(iter(why.values()))}", field="navigators")
         asked = tuple(dict.fromkeys(n for name in asked for n in (can if name == ALL else (name,))))
         for name, reason in why.items():
             if told is not None:

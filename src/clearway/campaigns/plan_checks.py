@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from clearway.campaigns.by_robot import navigator_of
 from clearway.campaigns.drawing import drawn
 from clearway.campaigns.pilot import dismiss, prepare_limit
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map, refuse_namesakes
@@ -95,35 +96,36 @@ def check_plan(plan: CampaignPlan, specs: Iterable[TrialSpec], work: Pool | None
     return {name: found[name] for name in driving}
 
 
-def able(plan: CampaignPlan) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Of all registered navigators those that can drive a campaign's trials, and why the others can't.
-
-    Those that are told the future are not among them, as nobody could buy one.
+def able(plan: CampaignPlan, among: Iterable[str] = ()) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Of navigators those that can drive a campaign's trials, and why the others can't.
 
     Args:
         plan: The campaign, whoever its navigators are.
+        among: Who is asked about, by name or by robot; empty: all registered ones, of which those that are told the future are not
+            among the able, as nobody could buy one.
 
     Raises:
-        ClearwayError: nobody can, or it is wrong whoever drives.
+        ClearwayError: it is wrong whoever drives.
     """
     kinds: dict[tuple[str, str, bool], tuple[TrialSpec, bool]] = {}
     for spec in plan.specs():
         has_map = granted_map(plan.map, spec.scenario) is not None
         for robot in spec.robots:
             kinds.setdefault((robot, spec.localisation, has_map), (replace(spec, robot=robot), has_map))
-    why: dict[str, str] = {}
-    for name in navigator_names():
+    named, why = tuple(dict.fromkeys(among)), dict[str, str]()
+    asked = named or tuple(navigator_names())
+    for name in asked:
         try:
-            known = [_check_combination(plan, replace(spec, navigator=name), has)[1] for spec, has in kinds.values()]
+            known = [
+                _check_combination(plan, replace(spec, navigator=navigator_of(name, spec.robot)), has)[1]
+                for spec, has in kinds.values()
+            ]
         except ClearwayError as error:
             why[name] = error.problem
             continue
-        if any(one.privileged for one in known):
+        if not named and any(one.privileged for one in known):
             why[name] = "it is told the future"
-    can = tuple(name for name in navigator_names() if name not in why)
-    if not can:
-        raise ClearwayError(f"no navigator can drive there; {next(iter(why.values()))}", field="navigators")
-    return can, why
+    return tuple(name for name in asked if name not in why), why
 
 
 def _cannot_be_made(fate: Fate, plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:
