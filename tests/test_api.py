@@ -6,10 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import clearway
 from clearway.errors import ClearwayError
+from clearway.scenarios.selecting import selection_of
+from clearway.scenarios.suite import Selection
 
 OWN = Path(__file__).parent / "campaigns" / "own_navigators.py"
 
@@ -53,6 +56,32 @@ def test_the_same_directory_is_behind_it(results: clearway.Results) -> None:
 def test_nothing_is_overwritten(results: clearway.Results) -> None:
     with pytest.raises(ClearwayError, match="already holds the results"):
         clearway.run("hospital", robots=["tiago"], out=results.path)
+
+
+@pytest.mark.parametrize(
+    ("field", "given"),
+    [
+        *((name, "x") for name in ("speeds", "sizes", "gaps", "obstacle_speeds", "worlds", "seed", "disturbance", "latency")),
+        *((name, 0.6) for name in ("batches", "configurations", "scenarios", "setups", "without", "worlds", "floor_plan", "keep")),
+        ("speeds", [0.6, "b"]), ("speeds", True), ("seeds", (0, "b")), ("seeds", 3), ("seeds", (0, 1, 2)), ("repetitions", 1.5),
+        ("decision_limit", "x"), ("localisation", 3), ("people", "x"), ("options", "orca"), ("options", {"orca": 3}),
+    ],
+)  # fmt: skip
+def test_what_is_of_another_type_is_told_by_its_field(tmp_path: Path, field: str, given: object) -> None:
+    with pytest.raises(ClearwayError) as error:
+        clearway.run("hospital", robots="tiago", navigators="orca", out=tmp_path / "out", **{field: given})
+    assert error.value.field == field
+    assert not (tmp_path / "out").exists()
+
+
+def test_one_number_stands_for_itself() -> None:
+    numbers = {"speeds": 0.6, "sizes": np.float64(0.3), "gaps": 2, "obstacle_speeds": 1.0}
+    made = selection_of({**numbers, "worlds": np.int64(3), "batches": "NO", "seeds": [0, 3], "repetitions": 2})
+    assert made == Selection(
+        batches=("NO",), speeds=(0.6,), sizes=(0.3,), gaps=(2.0,), obstacle_speeds=(1.0,), repetitions=2, worlds=(3,), seeds=(0, 3),
+    )  # fmt: skip
+    assert {type(value) for value in (*made.sizes, *made.gaps)} == {float}
+    assert type(made.worlds[0]) is int
 
 
 def test_results_go_where_nothing_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

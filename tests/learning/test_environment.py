@@ -295,12 +295,23 @@ def test_every_scenario_comes_once_a_round() -> None:
         ({"suite": "crowd", "bathces": ("x",)}, "bathces"),
         ({"suite": "sar-team"}, "make_team"),
         ({"suite": "hospital", "localisation": "gps"}, "unknown localisation 'gps'"),
+        ({"suite": "hospital", "localisation": 3}, "localisation: 3 is not a name"),
+        ({"suite": "hospital", "reward": "x"}, "reward: 'x' is no function"),
+        ({"suite": "hospital", "speeds": "x"}, "speeds: 'x' is not a number"),
         ({"suite": "hospital", "render_mode": "human"}, "render_mode"),
     ],
 )
 def test_what_is_wrong_is_said_before_anything_runs(options: dict[str, Any], said: str) -> None:
     with pytest.raises(ClearwayError, match=said):
         clearway.learning.make(**options)
+
+
+def test_one_batch_and_one_speed_stand_for_themselves() -> None:
+    env = clearway.learning.make("hospital", "tiago", batches="NO", speeds=0.6)
+    _, info = env.reset(seed=1)
+    assert info["scenario"].startswith("NO-")
+    assert env.episode is not None
+    assert env.episode.scenario.speed == 0.6
 
 
 def test_a_team_takes_a_suite_of_teams() -> None:

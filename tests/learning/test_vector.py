@@ -136,6 +136,7 @@ def test_rewards_that_are_none(given: Any) -> None:
         ({"suite": "crowd", "num_envs": 0}, "num_envs"),
         ({"suite": "crowd", "num_envs": True}, "num_envs"),
         ({"suite": "crowd", "beans": 3}, "option"),
+        ({"suite": "crowd", "reward": "x"}, "reward"),
         ({"suite": "crowd", "indicators": True}, "indicators"),
     ],
 )

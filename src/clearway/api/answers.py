@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from clearway.api.arguments import NavigatorLike, free_directory, strings
+from clearway.api.arguments import NavigatorLike, free_directory
 from clearway.api.results import open_results
 from clearway.campaigns import CampaignPlan
 from clearway.campaigns.objects import names_of, navigator_name
@@ -25,7 +25,8 @@ from clearway.improving.tune import tune as run_tuning
 from clearway.improving.tuning import Tuning
 from clearway.robots import Robot
 from clearway.scenarios.scenario import Scenario
-from clearway.scenarios.suite import Selection, Suite
+from clearway.scenarios.selecting import numbers, selection_of
+from clearway.scenarios.suite import Suite
 from clearway.scenarios.suites import load_suite
 from clearway.searching.breaks import Breaks
 from clearway.searching.breaks import find_breaks as search_breaks
@@ -187,7 +188,7 @@ def _numbered(one: store.Results) -> pa.Table:
     return one.trials if numbers is None else one.trials.append_column(NUMBER, pa.array(numbers, pa.int64()))
 
 
-def acceptance_plan(criteria: str | Path | Criteria, rates: Iterable[float] = ()) -> list[Outlook]:
+def acceptance_plan(criteria: str | Path | Criteria, rates: float | Iterable[float] = ()) -> list[Outlook]:
     """How many trials criteria take: before the first one, for each criterion.
 
     Args:
@@ -205,7 +206,7 @@ def acceptance_plan(criteria: str | Path | Criteria, rates: Iterable[float] = ()
     from clearway.statistics import load_criteria, outlooks
 
     asked = load_criteria(criteria) if isinstance(criteria, str | Path) else criteria
-    return outlooks(asked, tuple(float(rate) for rate in rates))
+    return outlooks(asked, numbers(rates, "rates"))
 
 
 def requirement(
@@ -318,7 +319,7 @@ def find_breaks(
     rarity: int = 0,
     batches: Iterable[str] = (),
     configurations: Iterable[str] = (),
-    speeds: Iterable[float] = (),
+    speeds: float | Iterable[float] = (),
     scenarios: Iterable[str] = (),
     seed: int = 0,
     localisation: str | None = None,
@@ -368,11 +369,8 @@ def find_breaks(
         asked = () if guarantee is None else (guarantee,)
         patience = prepare_limit(10.0)
         chosen, given = variants(names_of(navigator, "navigators"), {}, (), asked, work=work, patience=patience)
-    selection = Selection(
-        batches=strings(batches, "batches"),
-        configurations=strings(configurations, "configurations"),
-        speeds=tuple(float(v) for v in speeds),
-        scenarios=strings(scenarios, "scenarios"),
+    selection = selection_of(
+        {"batches": batches, "configurations": configurations, "speeds": speeds, "scenarios": scenarios}
     )
     plan = CampaignPlan(
         suites=named, robots=robots, navigators=chosen, selection=selection, seed=seed, localisation=localisation,

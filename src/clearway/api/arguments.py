@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from clearway.campaigns.shards import Shard
 from clearway.contract import Navigator
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown
 from clearway.given import PREFIX
 
 NavigatorLike = str | Callable[..., Navigator]
@@ -28,12 +29,18 @@ def free_directory(suites: Iterable[str], shard: Shard | None = None) -> Path:
     return path
 
 
-def strings(values: Iterable[str], field: str) -> tuple[str, ...]:
-    """Names as they were given, one or several; anything else is told by its `field`."""
-    if isinstance(values, str):  # a lone name is meant as a list of one, not of its letters
-        return (values,)
-    found = tuple(values)
-    for value in found:
-        if not isinstance(value, str):
-            raise ClearwayError(f"{value!r} is not a name", field=field)
-    return found
+def options_of(given: Any) -> dict[str, Mapping[str, Any]]:
+    """What navigators' constructors are given, by the navigators' names.
+
+    Raises:
+        ClearwayError: it is something else.
+    """
+    known = given or {}
+    if not isinstance(known, Mapping) or not all(
+        isinstance(name, str) and isinstance(own, Mapping) and all(isinstance(key, str) for key in own)
+        for name, own in known.items()
+    ):
+        raise ClearwayError(
+            f"{shown(given)} says none by a navigator's name; {{'orca': {{'horizon': 5.0}}}} does", field="options"
+        )
+    return dict(known)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from clearway.api.arguments import NavigatorLike, free_directory, strings
+from clearway.api.arguments import NavigatorLike, free_directory, options_of
 from clearway.api.results import Results, open_results
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
 from clearway.campaigns.objects import names_of, navigator_name
@@ -24,7 +24,8 @@ from clearway.errors import ClearwayError
 from clearway.robots import Robot
 from clearway.scenarios.replay import Replay
 from clearway.scenarios.scenario import Scenario
-from clearway.scenarios.suite import Selection, Suite, seed_range
+from clearway.scenarios.selecting import number, numbers, selection_of, strings
+from clearway.scenarios.suite import Suite
 from clearway.scenarios.suites import with_movers
 from clearway.scenarios.teams import read_team
 from clearway.trials import Trial, store
@@ -37,11 +38,11 @@ def run(
     navigators: Iterable[NavigatorLike] = ("move-base",),
     batches: Iterable[str] = (),
     configurations: Iterable[str] = (),
-    speeds: Iterable[float] = (),
-    obstacle_speeds: Iterable[float] = (),
-    sizes: Iterable[float] = (),
-    gaps: Iterable[float] = (),
-    worlds: Iterable[int] = (),
+    speeds: float | Iterable[float] = (),
+    obstacle_speeds: float | Iterable[float] = (),
+    sizes: float | Iterable[float] = (),
+    gaps: float | Iterable[float] = (),
+    worlds: int | Iterable[int] = (),
     scenarios: Iterable[str] = (),
     seeds: tuple[int, int] | str | None = None,
     repetitions: int | None = None,
@@ -128,24 +129,13 @@ def run(
         ClearwayError: something that was given is wrong; one sentence says what and what would be right.
     """
     part = None if shard is None else read_shard(shard)
-    selection = Selection(
-        batches=strings(batches, "batches"),
-        configurations=strings(configurations, "configurations"),
-        speeds=tuple(float(v) for v in speeds),
-        sizes=tuple(float(v) for v in sizes),
-        gaps=tuple(float(v) for v in gaps),
-        obstacle_speeds=tuple(float(v) for v in obstacle_speeds),
-        repetitions=repetitions,
-        worlds=tuple(worlds),
-        scenarios=strings(scenarios, "scenarios"),
-        floor_plan=floor_plan,
-        seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
-        disturbance=disturbance,
-        latency=latency,
-        ideal=strings(ideal, "ideal"),
-        team=read_team(team) if isinstance(team, str) and team else names_of(team or (), "robots"),
-        replay=people,
-    )
+    selection = selection_of({
+        "batches": batches, "configurations": configurations, "speeds": speeds, "sizes": sizes, "gaps": gaps,
+        "obstacle_speeds": obstacle_speeds, "repetitions": repetitions, "worlds": worlds, "scenarios": scenarios,
+        "floor_plan": floor_plan, "seeds": seeds, "disturbance": disturbance, "latency": latency, "ideal": ideal,
+        "team": read_team(team) if isinstance(team, str) and team else names_of(team or (), "robots"), "replay": people,
+    })  # fmt: skip
+    limit = number(decision_limit, "decision_limit")
     named, asked = with_movers(names_of(suites, "suites"), movers), names_of(navigators, "navigators")
     if ALL in asked:
         anybody = CampaignPlan(
@@ -163,11 +153,11 @@ def run(
     with pool(workers_of(workers, least=0), folder) as work:
         chosen, given = variants(
             asked,
-            options or {},
+            options_of(options),
             strings(without, "without"),
             strings(guarantees, "guarantees"),
             work=work,
-            patience=prepare_limit(decision_limit),
+            patience=prepare_limit(limit),
         )
     campaign = CampaignPlan(
         suites=named,
@@ -179,7 +169,7 @@ def run(
         map=None if map is None else str(map),
         tracking=tracking,
         setups=strings(setups, "setups"),
-        decision_limit=decision_limit,
+        decision_limit=limit,
         options=given,
         keep=keep,
     )
@@ -303,7 +293,7 @@ def recorded_people(
     start: Iterable[float],
     goal: Iterable[float],
     *,
-    at: Iterable[float] = (),
+    at: float | Iterable[float] = (),
     bodies: Iterable[str] = (),
     format: str | None = None,
 ) -> Replay:
@@ -322,4 +312,5 @@ def recorded_people(
     """
     from clearway.campaigns.replaying import replay_of
 
-    return replay_of(file, tuple(start), tuple(goal), tuple(at), bodies=strings(bodies, "bodies"), format=format)
+    from_, to, times = numbers(start, "start"), numbers(goal, "goal"), numbers(at, "at")
+    return replay_of(file, from_, to, times, bodies=strings(bodies, "bodies"), format=format)

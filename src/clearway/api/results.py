@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clearway.api.arguments import strings
 from clearway.errors import ClearwayError, shown
+from clearway.scenarios.selecting import strings
 from clearway.trials import Trial, store
 
 if TYPE_CHECKING:

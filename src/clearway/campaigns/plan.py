@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.reading.limits import LONGEST_NAME, SECONDS
 from clearway.robots import load_robot, robot_names
 from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.selecting import text
 from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS, refuse_many
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials.keeping import KEEPS, Keep
@@ -64,8 +66,10 @@ class CampaignPlan:
         for name in ("suites", "navigators"):
             if not getattr(self, name):
                 raise ClearwayError("at least one is needed", field=name)
+        for name in ("localisation", "tracking", "map", "keep"):
+            text(getattr(self, name), name)
         if self.keep not in KEEPS:
-            raise unknown("what is to be kept", self.keep, KEEPS, field="keep")
+            raise unknown("what is to be kept", str(self.keep), KEEPS, field="keep")
         limit = self.decision_limit
         if limit is not None and not 0.0 < limit <= SECONDS:
             raise ClearwayError(
@@ -79,10 +83,12 @@ class CampaignPlan:
                     f"'{seeds[0]}:{seeds[1]}' reaches beyond 2^31, where the seeds are that learners meet",
                     field="seeds",
                 )
-        if not 0 <= self.seed < LEARNING_SEEDS[0]:
+        whole = isinstance(self.seed, Integral) and not isinstance(self.seed, bool)
+        if not whole or not 0 <= self.seed < LEARNING_SEEDS[0]:
             raise ClearwayError(
                 f"{shown(self.seed)} is no seed; 0 to 2^62 - 1 are, above are those of learners", field="seed"
             )
+        object.__setattr__(self, "seed", int(self.seed))  # NumPy's can't be written down
         object.__setattr__(self, "setups", tuple(str(read_thinking_budget(s).name) for s in self.setups))
         for name in ("suites", "robots", "navigators", "setups"):
             values = getattr(self, name)

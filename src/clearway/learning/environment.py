@@ -15,11 +15,12 @@ from clearway.contract import Command, Goal
 from clearway.errors import ClearwayError, unknown
 from clearway.indicators import score_row
 from clearway.learning.episode import Episode, Equipment, equipment_of
-from clearway.learning.rewards import Reward, Step, default_reward, numbers_of
+from clearway.learning.rewards import Reward, Step, default_reward, numbers_of, refuse_no_reward
 from clearway.learning.scenes import Scenes
 from clearway.learning.spaces import action_space, observation_space, seen
 from clearway.navigators.learnt.encoding import Acting, Numbers, Seeing
 from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.selecting import text
 from clearway.scenarios.suite import Selection
 from clearway.trials import Outcome
 
@@ -53,8 +54,14 @@ def view(
     *, beams: int = 0, obstacles: int = 0, flat: bool = False, normalised: bool = True, reward: Reward = default_reward,
     localisation: str | None = None, tracking: str | None = None, indicators: bool = True,
 ) -> View:  # fmt: skip
-    """The same of the options of `make`."""
-    return View(Seeing(beams, obstacles), Acting(normalised), flat, reward, localisation, tracking, indicators)
+    """The same of the options of `make`.
+
+    Raises:
+        ClearwayError: one of them is wrong.
+    """
+    refuse_no_reward(reward)
+    where, how = text(localisation, "localisation"), text(tracking, "tracking")
+    return View(Seeing(beams, obstacles), Acting(normalised), flat, reward, where, how, indicators)
 
 
 def make(suite: Any, robot: Any = None, *, render_mode: str | None = None, **options: Any) -> Alone:

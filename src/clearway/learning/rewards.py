@@ -64,6 +64,16 @@ def default_reward(step: Step) -> float:
     return gone - SECOND * step.period + ends
 
 
+def refuse_no_reward(given: object) -> None:
+    """Nothing, if it can be asked what a control period is worth.
+
+    Raises:
+        ClearwayError: it can't.
+    """
+    if not callable(given):
+        raise ClearwayError(f"{shown(given)} is no function", field="reward")
+
+
 def numbers_of(given: object, shape: tuple[int, ...]) -> FloatArray:
     """What a reward has given, as finite numbers of a shape.
 

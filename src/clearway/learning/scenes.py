@@ -14,7 +14,8 @@ from clearway.errors import ClearwayError, shown
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.scenario import Scenario
-from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS, Selection, Suite
+from clearway.scenarios.selecting import selection_of
+from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS, Suite
 from clearway.scenarios.suites import load_suite, suite_names
 
 ROUNDS = 8
@@ -67,8 +68,7 @@ class Scenes:
                 "has other names: leave it out, and select by batches or speeds",
                 field="scenarios",
             )
-        chosen: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in selection.items()}
-        self._selection, self._several = Selection(**chosen), several
+        self._selection, self._several = selection_of(selection), several
         self._rng = np.random.default_rng()
         self._round: list[Scenario] = []
         self._checked: set[tuple[str | None, str | None, float]] = set()

@@ -20,7 +20,7 @@ from clearway.learning import lanes
 from clearway.learning.environment import View, split, view
 from clearway.learning.episode import Episode, equipment_of
 from clearway.learning.lanes import HIT, LEG, PERIODS, VERDICT, Lane, Phase, Told
-from clearway.learning.rewards import END, SECOND, default_reward, numbers_of
+from clearway.learning.rewards import END, SECOND, default_reward, numbers_of, refuse_no_reward
 from clearway.learning.scenes import Scenes
 from clearway.learning.spaces import action_space, observation_space
 from clearway.navigators.learnt.encoding import Numbers, axes, bounds, cuts
@@ -102,6 +102,7 @@ def make_vec(
         )
     if not isinstance(num_envs, int) or isinstance(num_envs, bool) or num_envs < 1:
         raise ClearwayError(f"{num_envs!r} is no number of environments; 1 or more are", field="num_envs")
+    refuse_no_reward(reward)
     return Lanes(
         Scenes(suite, robot, where), view(**options, reward=default_reward, indicators=False), num_envs, reward
     )
