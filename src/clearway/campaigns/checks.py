@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from clearway.navigators.registry import (
 from clearway.reading import read_toml
 from clearway.recordings.lab.checks import problems_of, summary
 from clearway.recordings.lab.test_plan import is_test_plan
+from clearway.registry import in_a_line
 from clearway.robots import Robot, load_robot, robot_names
 from clearway.scenarios import check
 from clearway.scenarios.behaviours import find_behaviour
@@ -31,6 +32,7 @@ from clearway.scenarios.files import SuiteSpec, kind_of, scenarios_in
 from clearway.scenarios.floor_plan_files import floor_plan_names
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suite import Suite
 from clearway.scenarios.suites import Selection, load_suite, suite_names
 from clearway.statistics.criteria import criteria_problems, is_criteria
 
@@ -45,7 +47,7 @@ def findings(target: str, robot: str | None = None, decision_limit: float | None
     """What is right and wrong with something, each as soon as it is known.
 
     Args:
-        target: A file; a robot (with a preset, if wanted), a suite or a floor plan by name; a navigator by name or address.
+        target: A file; a robot (with a preset, if wanted) or a floor plan by name; a suite or a navigator by name or address.
         robot: Who drives; None: the suite's usual robots, or `tiago`.
         decision_limit: Wall clock after which a navigator's decision counts as hung, s; None: never.
 
@@ -61,7 +63,7 @@ def findings(target: str, robot: str | None = None, decision_limit: float | None
     elif target.partition(":")[0] in robot_names():
         yield from ((False, str(problem)) for problem in table_problems(load_robot(target)))
         yield True, f"the robot {load_robot(target).title!r} is read"
-    elif target in suite_names():
+    elif target in suite_names() or _is_suite_at(target):
         yield from _suite(target, robot)
     elif target in floor_plan_names():
         yield from ((False, str(problem)) for problem in check_plan(load_floor_plan(target), driver))
@@ -83,11 +85,24 @@ def _navigator(name: str, robot: Robot, decision_limit: float | None) -> Iterato
         yield f.passed, text if f.detail else f.name
 
 
+def _is_suite_at(target: str) -> bool:
+    """Whether `target` is the address of a suite that is written in Python."""
+    where = split_options(target)[0]
+    return ":" in where and isinstance(NAVIGATORS.find(where), Suite)
+
+
 def _suite(name: str, robot: str | None) -> Iterator[Said]:
-    """Each scenario of a suite, repetitions once, with each of its robots."""
-    suite = load_suite(name)
+    """Each scenario of a suite, repetitions once, with each of its robots, and what they name."""
+    suite, every = load_suite(name), list[Scenario]()
     for driver in map(load_robot, (robot,) if robot else suite.robots or (ROBOT,)):
-        scenarios = suite.build(driver, Selection(), 0)
+        try:
+            scenarios = suite.build(driver, Selection(), 0)
+        except ClearwayError:
+            raise
+        except Exception as error:  # a user's own `make`
+            yield False, str(ClearwayError(f"its scenarios cannot be made: {in_a_line(error)}", file=name))
+            continue
+        every += scenarios
         kinds = {s.model_dump_json(exclude={"name", "seed", "labels"}): s for s in scenarios}
         wrong = False
         for scenario in kinds.values():
@@ -96,6 +111,7 @@ def _suite(name: str, robot: str | None) -> Iterator[Said]:
                 yield False, str(ClearwayError(e.problem, file=name, field=f"{scenario.name}: {e.field}"))
         if not wrong:
             yield True, f"{driver.name}: {len(scenarios)} scenarios, {len(kinds)} without repetitions"
+    yield from ((False, str(problem)) for problem in _code_problems(every, name))
 
 
 def _nothing_of(target: str) -> ClearwayError:
@@ -126,7 +142,7 @@ def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
     if found or path.suffix != ".toml":
         return found
     if (kind := kind_of(read_toml(path))) is not Robot:
-        return list(_code_problems(path)) if kind in (Scenario, SuiteSpec) else []
+        return list(_code_problems(scenarios_in(path), path)) if kind in (Scenario, SuiteSpec) else []
     told: dict[tuple[str | None, str], ClearwayError] = {}
     for preset in ("", *load_robot(str(path)).presets):
         where, before = (f"{path}:{preset}", f"presets.{preset}.") if preset else (str(path), "")
@@ -138,10 +154,10 @@ def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
     return list(told.values())
 
 
-def _code_problems(path: Path) -> Iterator[ClearwayError]:
-    """What a scenario or suite names and nobody has: behaviours of its people, navigators of its other robots."""
+def _code_problems(scenarios: Iterable[Scenario], file: str | Path) -> Iterator[ClearwayError]:
+    """What scenarios name and nobody has: behaviours of their people, navigators of their other robots."""
     named: dict[tuple[Callable[[str], object], str], str] = {}
-    for scenario in scenarios_in(path):
+    for scenario in scenarios:
         for i, person in enumerate(scenario.people):
             named.setdefault((find_behaviour, person.behaviour), f"people.{i}.behaviour")
         for i, other in enumerate(scenario.robots):
@@ -152,7 +168,7 @@ def _code_problems(path: Path) -> Iterator[ClearwayError]:
             guarded(prepare_limit(DECISION_LIMIT), "to be imported", find, name)
         except Exception as error:
             said_of = error.problem if isinstance(error, ClearwayError) else said(error)
-            yield ClearwayError(said_of, file=path, field=field)
+            yield ClearwayError(said_of, file=file, field=field)
 
 
 def about_file(path: Path) -> list[str]:

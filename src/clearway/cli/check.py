@@ -24,7 +24,7 @@ def check(
         str,
         typer.Argument(
             help="A TOML or map file; a file of Nav2's parameters, a folder of move_base's; "
-            "the name of a robot, suite or floor plan; a navigator (name, my_pkg:MyNavigator, exec:COMMAND)."
+            "the name of a robot or floor plan; a suite (name, my_pkg:SUITE); a navigator (name, my_pkg:MyNavigator, exec:COMMAND)."
         ),
     ],
     robot: Annotated[
