@@ -176,6 +176,17 @@ def test_python_compiles_and_names_what_exists(code: Found):
             assert {k.arg for k in node.keywords if k.arg} <= known, ast.unparse(node)
 
 
+def test_what_the_page_on_learning_shows_runs(capsys: pytest.CaptureFixture[str]):
+    pytest.importorskip("gymnasium")
+    pytest.importorskip("pettingzoo")
+    names: dict[str, Any] = {}
+    blocks = _blocks(ROOT / "docs" / "how-to" / "learning.md", "python")
+    assert len(blocks) == 3
+    for block in blocks:  # each goes on where the one before it ended
+        exec(compile("\n" * (block.line - 1) + block.text, str(block.file), "exec"), names)
+    assert re.fullmatch(r"(reached|collision|timeout|livelock) (None|[\d.]+)\n", capsys.readouterr().out)
+
+
 @pytest.mark.parametrize("block", [b for page in PAGES for b in _blocks(page, "toml")], ids=_name)
 def test_toml_is_toml(block: Found):
     assert tomllib.loads(block.text)

@@ -138,8 +138,17 @@ def test_pettingzoos_own_check() -> None:
     parallel_seed_test(lambda: clearway.learning.make_team("sar-team", obstacles=3), num_cycles=20)
 
 
-def test_every_suite_is_registered() -> None:
-    assert all(clearway.learning.environment_id(suite) in gymnasium.registry for suite in suite_names())
+@pytest.mark.parametrize("suite", suite_names())
+def test_every_suite_that_gymnasium_could_make_is_registered_and_no_other(suite: str) -> None:
+    if clearway.learning.environment_id(suite) in gymnasium.registry:
+        assert clearway.learning.make(suite).action_space is not None
+    else:
+        with pytest.raises(ClearwayError, match="make_team"):
+            clearway.learning.make(suite)
+        assert len(clearway.learning.make_team(suite).possible_agents) > 1
+
+
+def test_a_suite_by_its_registered_name() -> None:
     env = gymnasium.make("clearway/Hospital-v0", robot="tiago", beams=180, batches=("NO",))
     assert env.observation_space["lidar"].shape == (180,)  # type: ignore[index]
     seen, info = env.reset(seed=1)

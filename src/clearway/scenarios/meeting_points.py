@@ -136,6 +136,7 @@ def _suite(geometry: Geometry, title: str, description: str) -> Suite:
         family="meeting-points",
         robots=("tiago",),
         report=(Section.BY_NUMBER,),
+        several=True,
         floor_plans=floor_plans(geometry),
         generator=without_drawing(make),
         source="Antipodal circle, swap, crossing, corridor and doorway are what several robots have always been tried on (van den Berg, Guy, Lin, Manocha 2011;"

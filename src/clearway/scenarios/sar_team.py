@@ -181,6 +181,7 @@ def _suite(setting: Setting, title: str, description: str) -> Suite:
         family="search-and-rescue",
         robots=(RESCUE,),
         report=(Section.BY_NUMBER,),
+        several=True,
         generator=generator,
         source="Paper B's cases (Rado, Baglioni, Jamshidnejad 2025) with several robots, equal or of different kinds, which that paper names as future work. It has no figures"
         " of several robots, so none stand beside it.",

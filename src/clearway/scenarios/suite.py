@@ -177,6 +177,7 @@ class Suite:
         source: What it is and whom it was taken from, as a sentence with which a report begins; empty: nothing is said.
         published: Beside which published figures a report sets it.
         replays: Whether it sends robots through the people of `Selection.replay`.
+        several: Whether all of its scenarios are for several robots, so that it has nothing for a learner alone.
     """
 
     name: str
@@ -194,6 +195,7 @@ class Suite:
     source: str = ""
     published: tuple[Published, ...] = ()
     replays: bool = False
+    several: bool = False
 
     def about(self) -> dict[str, Any]:
         """What a results directory keeps of it, as JSON values, so that a report needs nothing but that directory."""
