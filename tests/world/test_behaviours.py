@@ -12,9 +12,12 @@ import pytest
 from pydantic import ValidationError
 from worlds import Pilot, constant, make_robot, make_scenario, run_among
 
-from clearway.campaigns import checks
+from clearway.campaigns import campaign, checks
 from clearway.campaigns.campaign import run_campaign
+from clearway.campaigns.pilot import compose
 from clearway.campaigns.plan import CampaignPlan
+from clearway.campaigns.pool import Fate
+from clearway.campaigns.worker import fell
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.reports.page import write_report
@@ -23,7 +26,7 @@ from clearway.scenarios.check import check_file
 from clearway.scenarios.files import load_scenario
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Trial
-from clearway.world.behaviours.foreign import BehaviourError
+from clearway.world.behaviours.foreign import BehaviourError, Foreign
 
 AWAY = (0.0, -20.0, 0.0)
 BENT = [(1.0, -4.0, 0.0), (4.0, -1.0, 0.0), (7.0, -1.0, 3.0), (8.0, 0.0, 3.0)]
@@ -81,6 +84,7 @@ def test_who_walks_headed_faces_where_it_walks_and_turns_by_and_by() -> None:
 
 OWN = """
 import sys
+import time
 import numpy as np
 
 class Wanders:
@@ -137,6 +141,12 @@ class Lonely(Wanders):
     def step(self, t, until, scene):
         if not scene.robots:
             raise KeyError("nobody")
+        return super().step(t, until, scene)
+
+class Hangs(Wanders):
+    def step(self, t, until, scene):
+        while t > 1.0:
+            time.sleep(0.1)
         return super().step(t, until, scene)
 
 class NoSpeed:
@@ -222,6 +232,29 @@ def test_a_behaviour_that_fails_ends_its_trial_and_no_other(own: Path, tmp_path:
     said = write_report(results.path).read_text("utf-8")
     assert {bad[name] for name in ("contacts", "MDO", "CT")} == {None}
     assert "In 1 trial a behaviour of the scenario&#39;s people failed; they count neither as" in said
+
+
+def test_one_that_hangs_is_told_from_a_navigator_that_does(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "scene.toml").write_text(SCENE.replace("Wanders", "Hangs"))
+    monkeypatch.setattr(campaign, "patience_of", lambda plan: 5.0)
+    drives = f"{Path(__file__).parents[1] / 'campaigns' / 'own_navigators.py'}:Drives"
+    plan = CampaignPlan((str(tmp_path / "scene.toml"),), robots=("tiago",), navigators=(drives,))
+    results = run_campaign(plan, tmp_path / "out", 1)
+    (row,) = results.trials.to_pylist()
+    assert (row["outcome"], row["success"]) == ("scenario_failed", None)
+    assert row["reason"] == f"the behaviour '{own}:Hangs' took longer than 5 s and could not be broken off"
+    assert "own.py" in results.trial(0).events[0].detail  # where it was
+
+
+def test_who_was_asked_first_fell() -> None:
+    """A navigator may play its own people in its head."""
+    scenario = make_scenario(people=[{"name": "ann", "start": (0.0, 0.0), "behaviour": "own.py:Wanders"}])
+    lines = [f'  File "{asks.__code__.co_filename}", line 1 in ask' for asks in (compose, Foreign.step)]
+    for stack, outcome in ((lines, "navigator_failed"), (lines[::-1], "scenario_failed"), ([], "navigator_failed")):
+        assert fell(Fate("took longer than 60 s", "\n".join(stack)), scenario)[0] == outcome
+    assert fell(Fate("was ended", lines[1]), scenario)[1] == "the behaviour 'own.py:Wanders' was ended"
 
 
 def test_one_that_fails_where_no_robot_drives_leaves_the_trial_as_it_was(own: Path, tmp_path: Path) -> None:

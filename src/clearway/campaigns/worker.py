@@ -26,16 +26,21 @@ from clearway.indicators import score_row
 from clearway.navigators.registry import make_navigator
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import Robot, load_robot
+from clearway.scenarios.behaviours import BEHAVIOURS
 from clearway.scenarios.floorplan import load_floor_plan
+from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Event, Outcome, Trial
 from clearway.trials.keeping import Keep, is_kept, outline
 from clearway.trials.store import write_partial
 from clearway.world.attempt import attempt_of, run_of
-from clearway.world.behaviours.foreign import BehaviourError
+from clearway.world.behaviours.foreign import BehaviourError, Foreign
 from clearway.world.bodies import bodies_of
 from clearway.world.drive import Driver
 from clearway.world.without_robots import completed
+
+_BEHAVIOUR, _PILOT = ("/".join(Path(asks.__code__.co_filename).parts[-3:]) + '"' for asks in (Foreign.step, compose))
+"""How the files' names end in which foreign code is asked, as a stack has them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +101,7 @@ def keep_fallen(
     fate: Fate, plan: CampaignPlan, specs: Sequence[TrialSpec], known: Mapping[str, Known], folder: Path, key: str,
     raise_errors: bool = False,
 ) -> list[Done]:  # fmt: skip
-    """Write trials that no worker could complete, as such in which the navigator failed; none of its code runs any more.
+    """Write trials that no worker could complete, as such in which the navigator or a behaviour failed; none of their code runs any more.
 
     Args:
         fate: What became of the workers.
@@ -110,12 +115,22 @@ def keep_fallen(
     Raises:
         ClearwayError: as for `run_and_keep`.
     """
-    reason = f"the worker process {fate.reason}"
+    specs = all_drawn(plan, specs, folder)
+    outcome, reason = fell(fate, specs[0].scenario)
     detail = f"{reason}\n{fate.place}" if fate.place else reason
     return [
-        _keep(_broken(plan, spec, known, printable(reason), printable(detail)), spec, folder, key, plan.keep)
-        for spec in all_drawn(plan, specs, folder)
+        _keep(_broken(plan, spec, known, printable(reason), printable(detail), outcome), spec, folder, key, plan.keep)
+        for spec in specs
     ]
+
+
+def fell(fate: Fate, scenario: Scenario) -> tuple[Outcome, str]:
+    """What trials end as that no worker could complete, and why: by who was being asked, the navigator or a behaviour of people."""
+    asked = next((who for line in fate.place.splitlines() for who in (_BEHAVIOUR, _PILOT) if who in line), _PILOT)
+    if asked is _PILOT:  # or nobody knows
+        return Outcome.NAVIGATOR_FAILED, f"the worker process {fate.reason}"
+    own = dict.fromkeys(p.behaviour for p in scenario.people if p.behaviour not in BEHAVIOURS.shipped)
+    return Outcome.SCENARIO_FAILED, f"the behaviour {' or '.join(map(repr, own))} {fate.reason}"
 
 
 def all_drawn(plan: CampaignPlan, specs: Sequence[TrialSpec], folder: Path | None = None) -> list[TrialSpec]:

@@ -13,7 +13,7 @@ from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.campaigns.plan_checks import Known
 from clearway.campaigns.pool import Fate, Pool
 from clearway.campaigns.surroundings import restored
-from clearway.campaigns.worker import all_drawn, patience_of, run_trials
+from clearway.campaigns.worker import all_drawn, fell, patience_of, run_trials
 from clearway.errors import ClearwayError
 from clearway.improving.objective import FAILED, Answers
 from clearway.improving.search import Values
@@ -88,7 +88,8 @@ def _fallen(
     fate: Fate, key: tuple[int, int], plan: CampaignPlan, specs: Sequence[TrialSpec], known: Mapping[str, Known],
     indicators: Sequence[str],
 ) -> tuple[tuple[int, int], dict[str, float | None]]:  # fmt: skip
-    return key, dict.fromkeys(indicators) | {FAILED: 1.0}
+    outcome, _ = fell(fate, specs[0].scenario)
+    return key, dict.fromkeys(indicators) | {FAILED: float(outcome is Outcome.NAVIGATOR_FAILED)}
 
 
 def refuse_overlap(training: CampaignPlan, held_out: CampaignPlan, file: str) -> bool:

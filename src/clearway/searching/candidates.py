@@ -14,7 +14,7 @@ from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.campaigns.plan_checks import Known
 from clearway.campaigns.pool import Fate, Pool
 from clearway.campaigns.surroundings import restored
-from clearway.campaigns.worker import all_drawn, patience_of, run_trials
+from clearway.campaigns.worker import all_drawn, fell, patience_of, run_trials
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import NotComputable
@@ -218,8 +218,8 @@ def _tried(plan: CampaignPlan, specs: Sequence[TrialSpec], known: Mapping[str, K
 def _fallen(
     fate: Fate, plan: CampaignPlan, specs: Sequence[TrialSpec], known: Mapping[str, Known], failure: Failure, k: int
 ) -> tuple[int, Tried]:
-    why = f"the worker process {fate.reason}"
-    return k, Tried(math.inf, Outcome.NAVIGATOR_FAILED.value, "", (math.nan, math.nan), 0.0, 0.0, "", why=why)
+    outcome, why = fell(fate, specs[0].scenario)
+    return k, Tried(math.inf, outcome.value, "", (math.nan, math.nan), 0.0, 0.0, "", why=why)
 
 
 def _judged(trial: Trial, failure: Failure) -> Tried:
