@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from clearway.navigators.nav2.parameters.group import Group, Readers
-from clearway.navigators.nav2.parameters.plugins import named
+from clearway.navigators.nav2.parameters.plugins import group_of, named
 from clearway.quantities import Finite, NonNegative, Positive
 
 
@@ -144,5 +144,13 @@ class RotationShimParameters(Group):
 
     @classmethod
     def children(cls, table: dict[str, Any]) -> Readers:
-        """Its primary controller, under `primary_controller`."""
+        """Its primary controller, under `primary_controller`; up to kilted that is the plug-in's name itself."""
+        name = cls.beside(table)
+        if name is not None:
+            return {name: group_of("controller", table[name], name)}
         return named("controller", table, ("primary_controller",), "primary_controller")
+
+    @classmethod
+    def beside(cls, table: dict[str, Any]) -> str | None:
+        """Its primary controller, where a plug-in's name stands for it."""
+        return "primary_controller" if isinstance(table.get("primary_controller"), str) else None

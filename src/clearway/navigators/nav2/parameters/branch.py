@@ -31,6 +31,7 @@ class Branch:
         table: Its parameters as they were given, as tables within each other.
         unread: The namespaces inside it that are asked for and that nothing reads; what is wrong with them was collected.
         told: Whether it could be told which namespaces are asked for: no list or text among its values was wrong.
+        beside: The namespace inside it whose parameters stand among its own.
     """
 
     group: Group
@@ -38,6 +39,12 @@ class Branch:
     table: Mapping[str, Any]
     unread: frozenset[str] = frozenset()
     told: bool = True
+    beside: str | None = None
+
+    @property
+    def neighbour(self) -> Branch | None:
+        """The branch of `beside`; None: there is none, or nothing reads it."""
+        return None if self.beside is None else self.children.get(self.beside)
 
 
 def settle(
@@ -64,7 +71,8 @@ def settle(
         error = ClearwayError(problem, file=file, field=f"{where}.{name}" if name else where)
         if faults is None:
             raise error from cause
-        faults.append(error)
+        if str(error) not in map(str, faults):  # two may read one value
+            faults.append(error)
 
     given: dict[str, Any] = {}
     wrong: set[str] = set()
@@ -97,12 +105,15 @@ def settle(
                 del given[first]
                 continue
         break
-    children = kind.children({name: value for name, value in table.items() if name not in wrong})
+    right = {name: value for name, value in table.items() if name not in wrong}
+    children, beside = kind.children(right), kind.beside(right)
     spaces = {}
     for name, what in children.items():
         space = table.get(name, {})
         if isinstance(what, ClearwayError):
             fault(what.problem, what.field)
+        elif name == beside:
+            spaces[name] = settle(what, {k: v for k, v in table.items() if k != name}, where, file, faults)
         elif isinstance(space, dict):
             spaces[name] = settle(what, space, f"{where}.{name}", file, faults)
         else:
@@ -110,7 +121,7 @@ def settle(
     listing = {
         name for name in wrong if _kinds((field := kind.model_fields[name]).annotation, field.metadata) & {tuple, str}
     }
-    return Branch(group, spaces, table, frozenset(children) - frozenset(spaces), told=not listing)
+    return Branch(group, spaces, table, frozenset(children) - frozenset(spaces), told=not listing, beside=beside)
 
 
 def is_filled_in_at_launch(kind: type[Group], name: str, value: object) -> bool:

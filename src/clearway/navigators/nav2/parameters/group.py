@@ -33,6 +33,11 @@ class Group(BaseModel):
         """The namespaces inside this one that `table`, its parameters, asks for, and what reads each."""
         return {}
 
+    @classmethod
+    def beside(cls, table: dict[str, Any]) -> str | None:
+        """The namespace inside this one whose parameters stand beside this one's own in `table`, not below its name."""
+        return None
+
 
 Readers = dict[str, type[Group] | ClearwayError]
 """Namespaces by their names, each with what reads it, or with why nothing does."""

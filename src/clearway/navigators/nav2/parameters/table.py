@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -78,37 +78,56 @@ def rows_of(branch: Branch, above: str) -> Iterator[Row]:
         branch: The namespace.
         above: What stands before their names, with the dot.
     """
-    kind = type(branch.group)
-    ignored, missing, renamed, jazzy = (_all(kind, what) for what in ("IGNORED", "MISSING", "RENAMED", "JAZZY"))
     for name, value in branch.table.items():
-        here = f"{above}{name}"
-        if name in branch.children:
-            yield from rows_of(branch.children[name], f"{here}.")
-        elif name in kind.model_fields:
-            yield from _of_field(branch, name, here, missing)
-        elif name == "plugin":
-            yield Row("read", here, as_written(value))
-        elif name in EVERYWHERE or name in ignored:
-            yield Row("ignored", here, _short(value), note=ignored.get(name) or EVERYWHERE[name])
-        elif name in missing:
-            yield Row("missing", here, _short(value), note=_closest(missing[name]))
-        elif name in renamed:
-            yield Row(
-                "unknown",
-                here,
-                _short(value),
-                note=f"is called {renamed[name]!r} now; the old name does nothing",
-            )
-        elif name in branch.unread or (isinstance(value, dict) and not branch.told):
-            yield Row("missing", here, _short(value), note="what would read it is not there: see the problem of that")
-        else:
-            yield _unknown(branch, name, value, here)
-    for name, value in jazzy.items():
+        yield from _of_name(branch, name, value, above)
+    yield from _of_jazzy(branch, above)
+
+
+def _of_name(branch: Branch, name: str, value: Any, above: str, also: Iterable[str] = ()) -> Iterator[Row]:
+    """The rows of one name in a namespace, or of all that is inside it.
+
+    Args:
+        branch: The namespace.
+        name: In its table.
+        value: It has there.
+        above: What stands before the name, with the dot.
+        also: Names of the namespace among whose parameters these stand, to be meant by a misspelt one.
+    """
+    kind, here = type(branch.group), f"{above}{name}"
+    ignored, missing, renamed = (_all(kind, what) for what in ("IGNORED", "MISSING", "RENAMED"))
+    if name == branch.beside:
+        yield Row("read", here, as_written(value), note="as up to kilted: its own parameters stand beside it")
+    elif name in branch.children:
+        yield from rows_of(branch.children[name], f"{here}.")
+    elif name in kind.model_fields:
+        yield from _of_field(branch, name, here, missing)
+    elif name == "plugin":
+        yield Row("read", here, as_written(value))
+    elif name in EVERYWHERE or name in ignored:
+        yield Row("ignored", here, _short(value), note=ignored.get(name) or EVERYWHERE[name])
+    elif name in missing:
+        yield Row("missing", here, _short(value), note=_closest(missing[name]))
+    elif name in renamed:
+        yield Row("unknown", here, _short(value), note=f"is called {renamed[name]!r} now; the old name does nothing")
+    elif branch.neighbour is not None:
+        yield from _of_name(branch.neighbour, name, value, above, _names(branch))
+    elif name in branch.unread or branch.beside in branch.unread or (isinstance(value, dict) and not branch.told):
+        yield Row("missing", here, _short(value), note="what would read it is not there: see the problem of that")
+    else:
+        yield _unknown(branch, name, value, here, also)
+
+
+def _of_jazzy(branch: Branch, above: str) -> Iterator[Row]:
+    """The rows of what is not in the file and has another default in jazzy."""
+    kind = type(branch.group)
+    for name, value in _all(kind, "JAZZY").items():
         if _at(branch.table, name) is None and name in kind.model_fields:
             default = as_written(kind.model_fields[name].get_default(call_default_factory=True))
             yield Row("default", f"{above}{name}", default, note=f"jazzy has {as_written(value)}")
         elif name.endswith(".plugin") and _at(branch.table, name) is None and name.partition(".")[0] in branch.children:
             yield Row("default", f"{above}{name}", note=f"main's own holds; jazzy has {value}")
+    if branch.neighbour is not None:
+        yield from _of_jazzy(branch.neighbour, above)
 
 
 def _of_field(branch: Branch, name: str, here: str, missing: Mapping[str, str]) -> Iterator[Row]:
@@ -132,10 +151,16 @@ def _of_field(branch: Branch, name: str, here: str, missing: Mapping[str, str]) 
         yield Row("read", here, as_written(value), usual, _all(kind, "NOTES").get(name, ""))
 
 
-def _unknown(branch: Branch, name: str, value: Any, here: str) -> Row:
+def _names(branch: Branch) -> list[str]:
+    """What a misspelt name may mean."""
+    kind = type(branch.group)
+    return [*kind.model_fields, *branch.children, *branch.unread, *_all(kind, "IGNORED")]
+
+
+def _unknown(branch: Branch, name: str, value: Any, here: str, also: Iterable[str]) -> Row:
     """A name that nothing reads: a namespace that no list names, or one that is misspelt."""
     asked = [*branch.children, *branch.unread]
-    known = [*type(branch.group).model_fields, *asked, *_all(type(branch.group), "IGNORED")]
+    known = [*_names(branch), *also]
     if isinstance(value, dict):
         ignored = _all(type(branch.group), "IGNORED")
         for other, listed in branch.table.items():
