@@ -146,6 +146,38 @@ def test_nodes_that_are_none_of_the_servers_are_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "status", "note"),
+    [
+        ("/*/controller_server", "unknown", "matches no node; did you mean '/**/controller_server'?"),
+        ("/**/controler_server", "unknown", "matches no node; did you mean '/**/controller_server'?"),
+        ("/*/*/local_costmap", "unknown", "matches no node; did you mean '/**/local_costmap'?"),
+        ("/robot/*", "unknown", "matches no node; did you mean '/**'?"),
+        ("/*/map_server", "unknown", "matches no node; did you mean '/**/map_server'?"),
+        ("/**/map_server", "ignored", "the map is that of the floor plan"),
+        ("/*/my_driver", "ignored", "no node of Nav2's navigation"),
+    ],
+)
+def test_a_wildcard_that_matches_no_node_is_told(tmp_path: Path, name: str, status: str, note: str) -> None:
+    text = CONTROLLER + f"{name}: {{ros__parameters: {{a: 1, b: 2}}}}\n"
+    (row,) = [row for row in table(written(tmp_path, text)).rows if row.name == name]
+    assert (row.status, row.value) == (status, "2 parameters")
+    assert row.note.startswith(note)
+
+
+def test_a_wildcard_before_a_servers_name_is_a_section_for_it(tmp_path: Path) -> None:
+    text = "/**/velocity_smoother: {ros__parameters: {smoothing_frequency: 10.0}}\n"
+    rows = {row.name: row.status for row in table(written(tmp_path, CONTROLLER + text)).rows}
+    assert rows["/**/velocity_smoother.smoothing_frequency"] == "read"
+    path = written(tmp_path, text)
+    smoother = read(path, load_robot("turtlebot4")).velocity_smoother
+    assert smoother is not None
+    assert smoother.group.smoothing_frequency == 10.0  # type: ignore[attr-defined]
+    for name in ("/**", "/*"):
+        path.write_text(f"{name}: {{ros__parameters: {{use_sim_time: true}}}}\n")
+        assert read(path, load_robot("turtlebot4")).velocity_smoother is None
+
+
+@pytest.mark.parametrize(
     ("lines", "said"),
     [
         ("batch_size: -5", r"FollowPath\.batch_size.*-5"),

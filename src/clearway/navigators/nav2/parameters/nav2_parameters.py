@@ -120,7 +120,7 @@ def tables_of(nodes: tuple[Node, ...], path: Path) -> dict[str, dict[str, Any]]:
     space = namespace(nodes, path)
     found: dict[str, dict[str, Any]] = {}
     for server, (name, _) in (SERVERS | OPTIONAL).items():
-        if any(node.matches(space + name) and (server in SERVERS or not node.wild) for node in nodes):
+        if any(node.matches(space + name) and (server in SERVERS or node.name.endswith(name)) for node in nodes):
             found[server] = nested(merged(nodes, space + name), path)
     return found
 

@@ -51,7 +51,7 @@ def table(path: Path) -> ParameterTable:
     rows += [row._replace(name=f"{_wild_name(nodes, row.name)}.{row.name}") for row in shared.values()]
     wrong = {problem.field for problem in problems}
     rows = [row for row in rows if row.name not in wrong]
-    rows += [row for node in nodes if not node.wild for row in _of_other_node(node, space)]
+    rows += [row for node in nodes for row in _of_other_node(node, space)]
     return ParameterTable(str(path), ABOUT, tuple(rows), tuple(problems))
 
 
@@ -180,22 +180,26 @@ def _unknown(branch: Branch, name: str, value: Any, here: str, also: Iterable[st
 
 
 def _of_other_node(node: Node, space: str) -> Iterator[Row]:
-    """The rows of a node that is none of those that are built."""
-    if any(node.name == space + name for name, _ in (SERVERS | OPTIONAL).values()):
+    """The rows of a node that is none of those that are built, or of a wildcard that matches none of them."""
+    built = {full.rsplit("/", 1)[-1]: space + full for full, _ in (SERVERS | OPTIONAL).values()}
+    if any(node.matches(full) for full in built.values()):
         return
     name = node.name.rsplit("/", 1)[-1]
     count = f"{len(node.values)} parameter{'s' if len(node.values) != 1 else ''}"
-    shown = node.name.removeprefix(space).lstrip("/").replace("/", ".")
-    if name in NODES:
+    shown = node.name if node.wild else node.name.removeprefix(space).lstrip("/").replace("/", ".")
+    known = [*built, *NODES]
+    close = [name] if name in known else get_close_matches(name, known, n=1, cutoff=0.8)
+    if node.wild and (close or "*" in name) and not (name in NODES and node.matches(f"{space}/{name}")):
+        meant = f"/**/{close[0]}" if close else "/**"
+        yield Row("unknown", shown, count, note=f"matches no node; did you mean {meant!r}?")
+    elif name in NODES:
         if name != "amcl":
             yield Row("ignored", shown, count, note=NODES[name])
             return
         for key, value in node.values.items():
             where = f"; the robot's file says it: [localisation.amcl] {AMCL[key]}" if key in AMCL else ""
             yield Row("ignored", f"{shown}.{key}", as_written(value), note=f"{NODES[name]}{where}")
-        return
-    close = get_close_matches(name, [*SERVERS, *OPTIONAL, *NODES], n=1, cutoff=0.8)
-    if close:
+    elif close:
         yield Row("unknown", shown, count, note=f"no node of Nav2 has that name; did you mean {close[0]!r}?")
     else:
         yield Row("ignored", shown, count, note="no node of Nav2's navigation")
