@@ -28,6 +28,7 @@ from clearway.campaigns.worker import run_trials
 from clearway.errors import ClearwayError
 from clearway.indicators import score_row
 from clearway.reports.findings import Findings
+from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection
 from clearway.trials import Outcome, Trial
 from clearway.trials.trial_tables import to_tables
@@ -62,6 +63,18 @@ def contents(path: Path) -> dict[str, bytes]:
     }
     campaign = json.loads((path / "campaign.json").read_text())
     return found | {"campaign.json": json.dumps({k: v for k, v in campaign.items() if k != "run"}).encode()}
+
+
+def test_set_speeds_beyond_a_robots_own_are_told_before_the_first_trial(tmp_path: Path) -> None:
+    selection = Selection(batches=("NO",), repetitions=1)
+    asked = dataclasses.replace(plan(), robots=("turtlebot3-waffle", "tiago"), selection=selection)
+    told: list[str] = []
+    run_campaign(asked, tmp_path / "r", 1, progress=lambda *_: told.append("runs"), told=told.append)
+    title = load_robot("turtlebot3-waffle").title
+    assert told[:2] == [
+        f"{title} drives 0.26 m/s at most: its tests at 0.6 and 1 m/s are one test at that, but for when moving obstacles meet it",
+        "runs",
+    ]
 
 
 def test_the_bytes_do_not_depend_on_the_workers(tmp_path: Path) -> None:

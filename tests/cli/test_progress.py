@@ -32,3 +32,11 @@ def test_other_work_has_a_pace_of_its_own(monkeypatch: pytest.MonkeyPatch, capsy
     said = capsys.readouterr().err.splitlines()
     assert said[:3] == [f"trials: {k}/3  drawing scenarios" for k in (1, 2, 3)]
     assert said[-1] == "trials: 3/6, 30 s left"  # two in 20 s
+
+
+def test_a_sentence_stands_on_a_line_of_its_own(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    monkeypatch.setattr(_progress.sys.stderr, "isatty", lambda: True, raising=False)
+    with _progress.Progress("trials") as progress:
+        progress.say("a robot is slow")
+        progress(0, 3)
+    assert "\ra robot is slow\n\rtrials: 0/3" in capsys.readouterr().err

@@ -13,8 +13,9 @@ from clearway.reports.causes import causes, causes_of_all, failures, of_slack, w
 from clearway.reports.findings import Findings
 from clearway.reports.same_tests import same_tests
 from clearway.reports.selection import System, verdict
-from clearway.reports.summary import _who, summary
+from clearway.reports.summary import _too_fast, _who, summary
 from clearway.reports.verdicts import arrived, collision_free, precise, verdicts
+from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection
 from clearway.statistics import wilson_interval
 from clearway.trials.store import Results
@@ -221,6 +222,11 @@ def test_the_sentences_say_the_numbers(results: Results) -> None:
     assert "simulated" in said.limits
     assert "only a part of the paper's protocol" in said.limits
     assert "repetitions of one test are alike" in said.limits
+    assert "at most" not in said.limits
+    slow = load_robot("tiago")
+    slow = slow.model_copy(update={"drive": slow.drive.model_copy(update={"v_max": 0.5})})
+    f.__dict__["robots"] = dict(f.robots) | {"tiago": slow}
+    assert "; TIAGo drives 0.5 m/s at most: its tests at" in summary(f, found).limits
 
 
 def test_of_many_groups_of_tests_a_few_are_told_and_that_there_are_more(results: Results) -> None:
@@ -251,3 +257,14 @@ def test_a_suite_of_one_test_makes_a_page(tmp_path: Path) -> None:
     page = write_report(write_campaign(tmp_path / "out", robots=("tiago",), selection=one).path)
     assert "1 test" in page.read_text(encoding="utf-8")
     assert pytest.approx(0.2, abs=0.01) == wilson_interval(1, 1).low
+
+
+def test_set_speeds_beyond_a_robots_own_are_one_test() -> None:
+    f = made_up(("a", "x", [{"speed": v} for v in (0.2, 0.6, 1.0)]), ("b", "x", [{"speed": v} for v in (0.2, 0.6)]))
+    f.robots = {name: SimpleNamespace(drive=SimpleNamespace(v_max=v)) for name, v in (("a", 0.306), ("b", 0.6))}
+    said = _too_fast(f)
+    assert said == [
+        "A drives 0.306 m/s at most: its tests at 0.6 and 1 m/s are one test at that, but for when moving obstacles meet it"
+    ]
+    f.rows[2]["source"] = "recorded"
+    assert _too_fast(f) == ["A drives 0.306 m/s at most: its tests at 0.6 m/s are driven at that"]

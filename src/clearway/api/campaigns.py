@@ -123,7 +123,8 @@ def run(
         out: The results directory; None: `results/SUITE`, numbered if that is taken.
         resume: Whether to go on with a campaign in `out` that was interrupted.
         progress: Called with (done, total, note).
-        told: Called with a sentence for each registered navigator that `all` leaves out.
+        told: Called before the first trial with a sentence for each registered navigator that `all` leaves out, and for each robot
+            that can't drive the set speed of some of its tests.
 
     Raises:
         ClearwayError: something that was given is wrong; one sentence says what and what would be right.
@@ -173,7 +174,7 @@ def run(
         options=given,
         keep=keep,
     )
-    done = run_campaign(campaign, folder, workers, resume, progress, part, scheduler)
+    done = run_campaign(campaign, folder, workers, resume, progress, part, scheduler, told)
     return Results(done.path, done.campaign)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from clearway.campaigns.interruption import interruptible
 from clearway.campaigns.on_dask import on_dask
 from clearway.campaigns.plan import CampaignPlan, TrialList, TrialSpec
-from clearway.campaigns.plan_checks import Known, check_plan
+from clearway.campaigns.plan_checks import Known, check_plan, too_fast
 from clearway.campaigns.pool import Pool, pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.campaigns.provenance import asked_of_plan, machine, now
@@ -36,6 +36,7 @@ def run_campaign(
     progress: ProgressCallback | None = None,
     shard: Shard | None = None,
     scheduler: str | None = None,
+    told: Callable[[str], None] | None = None,
 ) -> Results:
     """Run every trial of a plan, or of a shard of it, and store the results.
 
@@ -52,6 +53,7 @@ def run_campaign(
         progress: Told how far it is.
         scheduler: The address of a dask.distributed scheduler, whose workers run the trials; None: `workers` processes here.
         shard: Which part of the plan to run, for `merge_shards` to put together with the others; None: all of it.
+        told: Called before the first trial with a sentence for each robot that can't drive the set speed of some of them.
 
     Raises:
         ClearwayError: something in the plan is wrong (before anything runs), `out` can't be used, or the disk is full.
@@ -67,6 +69,9 @@ def run_campaign(
     listed = trials.listed()
     with pool(processes, out) as work:
         known = check_plan(plan, listed if begun else trials, work)
+    if told is not None:
+        for sentence in too_fast(listed):
+            told(sentence)
     files = all_by_files(plan, listed)
     asked = asked_of_plan(plan, listed, {name: known[name].code for name in files})
     chosen = {

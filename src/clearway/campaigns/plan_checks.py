@@ -29,6 +29,7 @@ from clearway.perception import make_localiser, make_tracker
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.behaviours import find_behaviour
 from clearway.scenarios.check import check_scenario
+from clearway.scenarios.suite import beyond_reach
 from clearway.tuning import TunedOn
 
 ALL = "all"
@@ -126,6 +127,16 @@ def able(plan: CampaignPlan, among: Iterable[str] = ()) -> tuple[tuple[str, ...]
         if not named and any(one.privileged for one in known):
             why[name] = "it is told the future"
     return tuple(name for name in asked if name not in why), why
+
+
+def too_fast(specs: Iterable[TrialSpec]) -> list[str]:
+    """A sentence for each robot that can't drive the set speed of some of its trials."""
+    speeds: dict[str, set[float]] = {}
+    for spec in specs:
+        speeds.setdefault(spec.robots[spec.member], set()).add(spec.scenario.speed)
+    robots = {which: load_robot(which) for which in speeds}
+    said = (beyond_reach(speeds[which], robot.title, robot.drive.v_max) for which, robot in robots.items())
+    return [sentence for sentence in said if sentence]
 
 
 def _cannot_be_made(fate: Fate, plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:

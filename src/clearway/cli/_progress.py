@@ -65,6 +65,12 @@ class Progress:
         else:
             print(text, file=sys.stderr, flush=True)
 
+    def say(self, sentence: str) -> None:
+        """Print a sentence on a line of its own."""
+        clear = f"\r{'':<{self.width}}\r" if self.live else ""
+        print(f"{clear}{sentence}", file=sys.stderr, flush=True)
+        self.width = 0
+
 
 @contextmanager
 def stoppable(otherwise: str = "") -> Iterator[None]:

@@ -249,7 +249,7 @@ def run(
                 out=resume or out,
                 resume=resume is not None,
                 progress=progress,
-                told=lambda sentence: typer.echo(sentence, err=True),
+                told=progress.say,
             )
     page = None if no_report or "shard" in results.campaign else written(results)
     failed = sum(outcome in BROKEN for outcome in results.trials["outcome"].to_pylist())

@@ -12,7 +12,7 @@ from clearway.reports.grid import num
 from clearway.reports.same_tests import LABELS
 from clearway.reports.selection import System, distinct, is_recorded
 from clearway.reports.verdicts import Line, Verdicts
-from clearway.scenarios.suite import Section
+from clearway.scenarios.suite import Section, beyond_reach
 from clearway.statistics import wilson_interval
 
 FEW = 3
@@ -178,6 +178,7 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
         parts.append(
             f"in {len(near)} trials the navigator's parameters were chosen on these tests or ones like them, which flatters it"
         )
+    parts += [f"{sentence}; TCS and the parts of CT go by the set speed" for sentence in _too_fast(f)]
     if slow := decision_time.warnings(f):
         parts.append(
             f"{_and([f.name(s) for s in slow])} thought longer than a control period allows, and the simulated world waited"
@@ -194,6 +195,17 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
     if "truth" in distinct(f.rows, "localisation"):
         parts.append("the robots were told where they are")
     return f"{_capital('; '.join(parts))}."
+
+
+def _too_fast(f: Findings) -> list[str]:
+    """A sentence for each robot that couldn't drive the set speed of some of its simulated trials."""
+    simulated = [r for r in f.rows if not is_recorded(r)]
+    said = (
+        beyond_reach((r["speed"] for r in simulated if r["robot"] == name), f.title(name), robot.drive.v_max)
+        for name, robot in f.robots.items()
+        if robot is not None
+    )
+    return [sentence for sentence in said if sentence]
 
 
 def _short(f: Findings, system: System) -> bool:

@@ -333,6 +333,25 @@ def refuse_speeds(speeds: Iterable[float], robot: Robot) -> None:
             )
 
 
+def beyond_reach(speeds: Iterable[float], robot: str, v_max: float) -> str:
+    """What is to be said of set speeds [m/s] that a robot cannot drive; empty: it can drive them all.
+
+    Args:
+        speeds: Of its tests.
+        robot: Its name for people.
+        v_max: How fast it is, m/s.
+    """
+    beyond = [f"{speed:g}" for speed in sorted(set(speeds)) if speed > v_max]
+    if not beyond:
+        return ""
+    said = f"{robot} drives {v_max:g} m/s at most: its tests at {_and(beyond)} m/s are "
+    return said + ("one test at that, but for when moving obstacles meet it" if len(beyond) > 1 else "driven at that")
+
+
+def _and(words: Sequence[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
 def refuse_floor_plan(asked: str | None, suite: str, plan: str) -> None:
     """Refuse another floor plan than `plan`, in which all of `suite` takes place.
 
