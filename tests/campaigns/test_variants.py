@@ -8,6 +8,7 @@ import pytest
 from dodging_variants import Tries
 
 import clearway
+from clearway.api.arguments import options_of
 from clearway.campaigns.objects import navigator_name
 from clearway.campaigns.variants import variants
 from clearway.errors import ClearwayError
@@ -90,4 +91,4 @@ def test_options_of_nobody_who_drives_are_refused_before_anything_runs(name: str
 
 def test_a_class_may_say_whose_options_they_are() -> None:
     name = navigator_name(Tries)
-    assert variants([name], {Tries: {"x": 1}})[1] == {name: {"x": 1}}  # type: ignore[dict-item]
+    assert options_of({Tries: {"x": 1}}) == options_of({name: {"x": 1}}) == {name: {"x": 1}}

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from clearway.campaigns.objects import navigator_name
 from clearway.campaigns.shards import Shard
 from clearway.contract import Navigator
 from clearway.errors import ClearwayError, shown
@@ -30,17 +31,16 @@ def free_directory(suites: Iterable[str], shard: Shard | None = None) -> Path:
 
 
 def options_of(given: Any) -> dict[str, Mapping[str, Any]]:
-    """What navigators' constructors are given, by the navigators' names.
+    """What navigators' constructors are given, by the navigators' names, or by what was given as a navigator.
 
     Raises:
         ClearwayError: it is something else.
     """
     known = given or {}
     if not isinstance(known, Mapping) or not all(
-        isinstance(name, str) and isinstance(own, Mapping) and all(isinstance(key, str) for key in own)
-        for name, own in known.items()
+        isinstance(own, Mapping) and all(isinstance(key, str) for key in own) for name, own in known.items()
     ):
         raise ClearwayError(
             f"{shown(given)} says none by a navigator's name; {{'orca': {{'horizon': 5.0}}}} does", field="options"
         )
-    return dict(known)
+    return {navigator_name(name): own for name, own in known.items()}

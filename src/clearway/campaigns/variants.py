@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from clearway.campaigns.by_robot import is_by_robot
-from clearway.campaigns.objects import navigator_name
 from clearway.campaigns.pool import Fate, Pool
 from clearway.errors import ClearwayError, unknown
 from clearway.navigators.registry import navigator_class, split_options, with_option
@@ -36,8 +35,7 @@ def variants(
 
     Args:
         navigators: Names or addresses, with or without options behind them.
-        options: What their constructors are given, by name, or by the class that was given as a navigator. Those of others are
-            kept: a scenario's robots may have them.
+        options: What their constructors are given. Those of others are kept: a scenario's robots may have them.
         without: Ingredients. Beside each navigator that knows one, the variant without it is run; one that leaves
             something out already, that has no ingredients, or that is privileged (a reference), runs as it is.
         guarantees: Values; each navigator that offers guarantees is run once with each of them, instead of as it
@@ -49,7 +47,7 @@ def variants(
         ClearwayError: a navigator that can't be imported, an ingredient or a guarantee that no navigator knows, or one that a navigator's own options set.
     """
     named = tuple(navigators)
-    chosen, given = list(named), {navigator_name(key): value for key, value in options.items()}
+    chosen, given = list(named), dict(options)
     strangers = given.keys() - set(named)
     for option, asked, attribute in (
         (GUARANTEE, list(guarantees), "GUARANTEES"),
