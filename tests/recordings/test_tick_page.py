@@ -125,7 +125,7 @@ def test_what_another_browser_saved_is_loaded(page: Path, browser: Any):
     other = page.parent / "other.json"
     other.write_text('[{"trial": 2, "touched": "yes"}]', encoding="utf-8")
     browser.find_element("id", "load").send_keys(str(other))
-    assert part(browser, 2, "[data-tick=touched][value=yes]").is_selected()
+    assert soon(lambda: part(browser, 2, "[data-tick=touched][value=yes]").is_selected(), 20.0)
     other.write_text("nothing", encoding="utf-8")
     browser.find_element("id", "load").send_keys(str(other))
     end = time.monotonic() + 5

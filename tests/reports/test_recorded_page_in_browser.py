@@ -38,7 +38,7 @@ def test_a_gap_shows_no_robot_and_a_robot_without_heading_is_shown(browser: Any,
     assert browser.execute_script(pose, 5.0)[:2] != [0, 0]
     load(browser, page, "#replay-6")  # not recorded
     assert browser.execute_script(pose, 0.0) is None
-    assert find(browser, "#verdict").text == "stopped"
+    assert find(browser, "#verdict").text == "not recorded"
 
 
 def test_values_stand_with_their_uncertainty_and_empty_cells_say_why(browser: Any, page: Path) -> None:
