@@ -178,7 +178,7 @@ def bag(folder: Path, stamped: bool = False, twist: bool = True, topics: tuple[s
         o = r.odometry(ns, x, 0.0, 0.0)
         o.twist.twist.linear.x, o.twist.twist.angular.z = (v, omega) if twist else (0.0, 0.0)
         lines.append(("/odom", "nav_msgs/msg/Odometry", ns, o))
-    path = folder / "run.mcap"
+    path = folder / 'a "run".mcap'
     write_mcap(path, sorted(lines, key=lambda line: line[2]))
     return path
 

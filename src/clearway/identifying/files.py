@@ -11,6 +11,7 @@ from clearway.errors import ClearwayError
 from clearway.identifying.fit import LAG, RATE, Answered, Estimate, Identified, identify
 from clearway.identifying.response import Response
 from clearway.recordings import formats
+from clearway.recordings.protocol.toml_text import toml_value
 from clearway.recordings.recording import Want
 from clearway.robots import Robot, load_robot
 
@@ -75,8 +76,9 @@ class Findings:
                 f"{name.partition('.')[2]} = {x.value:.3g}" for name, x in shown.items() if name.startswith(f"{table}.")
             ]
             lines += [f"[{table}]", *rows, ""] if rows else []
+        of = f"{self.recording.name}: fitted to {self.odometry} and {self.command}"
         sources = [
-            f'"{name}" = "{self.recording.name}: fitted to {self.odometry} and {self.command}; 95 %: {x.low:.3g} to {x.high:.3g}"'
+            f"{toml_value(name)} = {toml_value(f'{of}; 95 %: {x.low:.3g} to {x.high:.3g}')}"
             for name, x in shown.items()
         ]
         return "\n".join([*lines, "[sources]", *sources])

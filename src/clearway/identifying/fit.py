@@ -67,8 +67,8 @@ class Answered:
         deceleration: Bound of how fast it falls, m/s^2 or rad/s^2; None: none shows.
         reached: For each command that was held: its v [m/s] and omega [rad/s], and what this velocity came to.
         error: Root mean square of what it foretells less what was measured, on blocks on which it wasn't fitted, m/s or rad/s.
-        error_at_once: The same of a base that goes at once as fast as it is to go in the end.
-        error_of_robot: The same of a robot's file; None where none is given.
+        error_at_once: The same of a base that goes at once as fast as it is to go in the end, which is read off all of the recording.
+        error_of_robot: The same of a robot's file, with what each command comes to read off as well; None where none is given.
     """
 
     velocity: str
