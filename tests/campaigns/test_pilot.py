@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import bdb
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 import pytest
 
-from clearway.campaigns.pilot import TookTooLong, compose
+from clearway.campaigns.pilot import TookTooLong, compose, guarded
 from clearway.contract import Budget, Command, Diagnostics, Goal, Observation, Obstacles, Scan, Sensing, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
@@ -244,6 +245,27 @@ def test_compiling_does_not_count_as_hanging() -> None:
     began = time.perf_counter()
     assert pilot.decide(sensing()).command.v == 0.0
     assert time.perf_counter() - began > 0.05  # or it proves nothing
+
+
+class Answered(NamedTuple):
+    where: np.ndarray
+    sum: float
+
+
+@numba.njit
+def long(n: int, where: np.ndarray) -> Answered:
+    total = 0.0
+    for i in range(n):
+        total = math.sqrt(total + i)
+    return Answered(where, total)
+
+
+def test_an_alarm_never_rings_while_a_kernel_makes_objects_of_its_answer() -> None:
+    """Numba calls Python there without looking at errors: one that came then crashed the process."""
+    long(1, np.zeros(2))
+    with pytest.raises(TookTooLong):
+        guarded(0.05, "for a decision", long, 50_000_000, np.zeros(2))
+    assert guarded(60.0, "for a decision", long, 1, np.zeros(2)).sum == 0.0
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")

@@ -204,6 +204,7 @@ class _Watchdog:
     def __init__(self) -> None:
         self._seconds = self._began = self._compiled = 0.0
         self._within = False  # whether the code that it watches is running
+        self._late = False  # whether it has rung in vain
 
     def __call__(self, seconds: float | None, what: str, function: Callable[..., _T], *arguments: Any) -> _T:
         """What `function` returns.
@@ -217,7 +218,7 @@ class _Watchdog:
         watched = seconds is not None and threading.current_thread() is threading.main_thread()
         try:
             try:
-                self._within = watched
+                self._within, self._late = watched, False
                 if watched:
                     assert seconds is not None
                     self._seconds, self._began, self._compiled = seconds, time.monotonic(), _compiling.seconds()
@@ -225,7 +226,10 @@ class _Watchdog:
                         signal.signal(signal.SIGALRM, self._ring)
                     signal.setitimer(signal.ITIMER_REAL, seconds)
                 HEARTBEAT.begin(seconds)
-                return function(*arguments)
+                answer = function(*arguments)
+                if self._late:
+                    raise _Alarm
+                return answer
             finally:
                 self._within = False  # first of all: no alarm comes between the end of that and this
         except _Alarm as alarm:
@@ -255,10 +259,22 @@ class _Watchdog:
         if not self._within:
             return
         taken = time.monotonic() - self._began - (_compiling.seconds() - self._compiled)
+        self._late = taken > 0.99 * self._seconds and not _compiling.running
+        later = self._late and _boxing(frame)
         # again in any case: what is raised within a destructor or a weak reference's callback is dropped by Python
-        signal.setitimer(signal.ITIMER_REAL, max(self._seconds - taken, 0.05))
-        if taken > 0.99 * self._seconds and not _compiling.running:
+        signal.setitimer(signal.ITIMER_REAL, 1e-3 if later else max(self._seconds - taken, 0.05))
+        if self._late and not later:
             raise _Alarm
+
+
+def _boxing(frame: FrameType | None) -> bool:
+    """Whether a kernel is making Python's objects of what it answers. Whatever is raised there Numba doesn't look at: the process
+    crashes, or Python makes a `SystemError` of it."""
+    while frame is not None:
+        if str(frame.f_globals.get("__name__")).startswith(("numba.", "namedtuple_")):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def guarded(limit: float | None, what: str, function: Callable[..., _T], *arguments: Any) -> _T:

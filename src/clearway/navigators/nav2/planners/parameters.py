@@ -72,13 +72,15 @@ class SmacHybridParameters(_Smac):
     """`nav2_smac_planner::SmacPlannerHybrid` (smac_planner_hybrid_impl.hpp)."""
 
     IGNORED: ClassVar[dict[str, str]] = {
-        "max_planning_time": _CLOCK,
         "terminal_checking_interval": _CLOCK,
         "debug_visualizations": _SHOWN,
         "viz_expansions": _SHOWN,
     }
     JAZZY: ClassVar[dict[str, Any]] = {"allow_primitive_interpolation": False}
 
+    max_planning_time: NonNegative = Field(
+        default=5.0, description="s that a search may take, counted as 100 000 nodes each: no wall clock decides in a trial"
+    )
     tolerance: NonNegative = Field(default=0.25, description="a path may end this far from an unreachable goal, m")
     angle_quantization_bins: Whole = Field(default=72, ge=4, le=720, description="headings in a full turn")
     smooth_path: bool = Field(default=True, description="whether the path is smoothed")

@@ -26,7 +26,10 @@ from clearway.navigators.nav2.seams import CostView, GoalOccupied, NoPath, Start
 _WITHOUT_BOUND = 2**31 - 1
 
 _ROOM = 1 << 15
-"""Nodes that there is room for at first; a search that needs more begins anew with twice as many."""
+"""Nodes that there is room for at first; a search that needs more begins anew with four times as many."""
+
+_RATE = 1e5
+"""Nodes that are visited in a second of `max_planning_time`: a stand-in, see DECISIONS.md."""
 
 
 class SmacHybrid:
@@ -66,7 +69,7 @@ class SmacHybrid:
         field = self._obstacles.towards(view.cost, float(there.x), float(there.y), keep)
         bins = p.angle_quantization_bins
         at_goal = {"DEFAULT": [last], "BIDIRECTIONAL": [last, (last + bins // 2) % bins]}
-        limit = p.max_iterations if p.max_iterations > 0 else _WITHOUT_BOUND
+        limit = min(p.max_iterations if p.max_iterations > 0 else _WITHOUT_BOUND, math.ceil(p.max_planning_time * _RATE))
         task = Task(
             np.array((here.x, here.y, first), np.float32),
             np.array((there.x, there.y), np.float32),
@@ -101,7 +104,7 @@ class SmacHybrid:
                 raise GoalOccupied("the goal is occupied")
             if end != NO_ROOM:
                 return (cells if end == FOUND else cells[:0]), visited
-            self._make_room(2 * len(self._graph.key))
+            self._make_room(4 * len(self._graph.key))
 
     def _make_room(self, nodes: int) -> None:
         self._graph, self._open = make_graph(nodes), make_open(4 * nodes)
