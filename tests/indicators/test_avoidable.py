@@ -11,6 +11,7 @@ from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import score_row
 from clearway.indicators.avoidable import FORESIGHT, PLANNER, TOO_LATE, avoidable
+from clearway.indicators.cause import cause, who_moved
 from clearway.indicators.escape import escapes, prolonged
 from clearway.robots import DriveLimits
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Span, Trial
@@ -141,6 +142,21 @@ def test_what_follows_no_rule_goes_on_at_its_last_speed_and_what_is_absent_stays
     out = prolonged(trial, trial.t[-1] + np.array([0.0, 0.3]))
     np.testing.assert_allclose(out[1, 0, :2], walk[-1] + 2 * (walk[-1] - walk[-2]), atol=1e-9)
     assert np.isnan(out[:, 1, :2]).all()
+
+
+@pytest.mark.parametrize("before", ["far away", "absent"])
+def test_what_appears_on_the_robot_stays_where_it_appeared(before: str) -> None:
+    """It was elsewhere a sample before, or nowhere: that tells nothing of where it goes on."""
+    discs = np.full((30, 1, 2), [9.0, 9.0] if before == "far away" else np.nan)
+    discs[-1] = 0.5, 0.0
+    trial = contact(discs)
+    trial = replace(trial, t=np.append(trial.t[:-1], trial.t[-2] + 0.4 * PERIOD))
+    out = prolonged(trial, trial.t[-1] + np.array([-0.1, -0.01, 0.0, 1.5]))
+    np.testing.assert_array_equal(out[2:, 0, :2], [[0.5, 0.0], [0.5, 0.0]])
+    assert np.isnan(out[1, 0]).all()
+    assert np.isfinite(out[0]).all() == (before == "far away")
+    assert who_moved(trial) == "obstacle"
+    assert cause(trial) == "contact at rest"
 
 
 @pytest.mark.parametrize("seed", range(8))

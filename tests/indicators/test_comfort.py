@@ -17,7 +17,7 @@ from clearway.geometry.distance import clearance
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import score_row
 from clearway.indicators.comfort import _until
-from clearway.trials import Body, Event, Outcome
+from clearway.trials import Body, Event, Instants, Outcome
 
 NAMES = ("person_distance", "social_time", "personal_time", "intimate_time", "person_speed", "person_ttc")
 
@@ -76,6 +76,26 @@ def test_time_to_collision_with_what_else_moves_is_no_persons():
     row = score_row(shuttle(bodies=(replace(walker(), kind=BodyKind.ROBOT),), moving_obstacles=coming))
     assert row["ttc"] == score_row(shuttle(bodies=(walker(),), moving_obstacles=coming))["person_ttc"]
     assert row["person_ttc"] is None
+
+
+@pytest.mark.parametrize("seen", ["by its speed", "by the instant between"])
+def test_who_is_elsewhere_at_once_was_on_no_course(seen):
+    """Somebody stands beside the way, then, from one sample to the next, on its other side: nobody came across."""
+
+    def there(t):
+        side = 4.0 if seen == "by its speed" else 0.4
+        return np.stack([np.full_like(t, 6.0), np.where(t < 5.0, -side, side), np.full_like(t, math.nan)], axis=1)[
+            :, None
+        ]
+
+    trial = shuttle(bodies=(walker(),), moving_obstacles=there)
+    if seen == "by the instant between":
+        between = Instants(np.array([4.95]), np.array([[2.2, 0.0, 0.0]]), np.full((1, 1, 3), math.nan))
+        assert score_row(trial)["ttc"] is not None
+        trial = replace(trial, between=between)
+    row = score_row(trial)
+    standing = score_row(shuttle(bodies=(person(*there(np.array([9.0]))[0, 0, :2]),)))
+    assert row["ttc"] == standing["person_ttc"]
 
 
 def wandering(rng, t):

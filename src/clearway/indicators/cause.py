@@ -17,7 +17,7 @@ from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.escape import commands, state_at, stepped
 from clearway.indicators.indicator import NotComputable
-from clearway.indicators.legs import contact_on_a_leg, until_contact
+from clearway.indicators.legs import contact_on_a_leg, stretches, until_contact
 from clearway.indicators.success import AT_REST, failure, outline_moves
 from clearway.robots.drive_limits import DriveLimits
 from clearway.trials import Outcome, Trial
@@ -76,7 +76,8 @@ def who_moved(trial: Trial) -> str:
         moved = float(np.hypot(*(trial.moving_obstacles[-1, k, :2] - trial.moving_obstacles[-2, k, :2])))
         if trial.attempt.source == "recorded" and not np.isfinite(moved):
             return ""
-        obstacle = moved >= AT_REST * max(float(trial.t[-1] - trial.t[-2]), 1e-9)
+        appeared = not np.isfinite(moved)
+        obstacle = appeared or moved >= AT_REST * max(float(trial.t[-1] - trial.t[-2]), 1e-9)
     return {(True, True): "both", (True, False): "robot", (False, True): "obstacle"}.get((robot, obstacle), "neither")
 
 
@@ -119,11 +120,15 @@ def _manoeuvres(start: FloatArray, limits: DriveLimits, steps: int) -> FloatArra
 
 
 def _track(trial: Trial, moving_obstacle: int, times: FloatArray) -> FloatArray:
-    """(n, 3) poses of a moving obstacle, after the end of the trial on at its last velocity; NaN while absent."""
-    t, at = trial.t, trial.moving_obstacles[:, moving_obstacle]
-    out = np.stack([np.interp(times, t, at[:, i]) for i in (0, 1)], axis=1)
-    late = times > t[-1]
+    """(n, 3) poses of a moving obstacle, after the end of the trial on at its last velocity; NaN while absent, or carried."""
+    at = trial.moving_obstacles[:, moving_obstacle]
+    out = np.full((len(times), 3), np.nan)
+    for part in stretches(trial, moving_obstacle):
+        t = trial.t[part]
+        here = (times >= t[0]) & ((times <= t[-1]) | (part.stop == len(at)))
+        out[here, :2] = np.stack([np.interp(times[here], t, at[part, i]) for i in (0, 1)], axis=1)
+    t, late = trial.t[part], times > trial.t[-1]
     if late.any() and len(t) > 1 and t[-1] > t[-2]:
-        out[late] = at[-1, :2] + (times[late] - t[-1])[:, None] * (at[-1, :2] - at[-2, :2]) / (t[-1] - t[-2])
-    heading = at[np.searchsorted(t, times, side="right") - 1, 2]
-    return np.column_stack([out, heading])
+        out[late, :2] = at[-1, :2] + (times[late] - t[-1])[:, None] * (at[-1, :2] - at[-2, :2]) / (t[-1] - t[-2])
+    out[:, 2] = at[np.searchsorted(trial.t, times, side="right") - 1, 2]
+    return out

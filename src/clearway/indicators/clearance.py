@@ -29,6 +29,7 @@ from clearway.geometry.distance import closest_approach, path_clearance
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
 from clearway.indicators.legs import (
+    FASTEST,
     DrivenLeg,
     begun,
     contact_time,
@@ -44,8 +45,6 @@ from clearway.trials.unseen import Way, body_ways, nearest, robot_way
 
 TOUCH = 1e-5
 """m; a smaller gap is contact and counts as 0 (no measurement tells them apart; the simulated world stops there)."""
-FASTEST = 10.0
-"""m/s; an obstacle that moves faster between two samples was carried."""
 FINE = 1e-4
 """m; so near to the true minimum of the arcs and lines the smallest distance is found."""
 

@@ -146,15 +146,16 @@ def _times(scene: Scene) -> Iterator[FloatArray]:
             yield _until(scene.footprint, path, body.pose[:2] - path[:, :2], -v, body.shape)
         for k, body in enumerate(moving):
             at = scene.moving_obstacles[run, k, :2]
-            for there in _stretches(known_rows(at)):
+            for there in _stretches(known_rows(at), scene.drive.carried[run.start : run.stop - 1, scene.columns[k]]):
                 w = np.gradient(at[there], t[there], axis=0) - v[there]
                 yield _until(scene.footprint, path[there], at[there] - path[there, :2], w, body.shape)
 
 
-def _stretches(known: npt.NDArray[np.bool_]) -> list[slice]:
-    """Where at least two in a row are known."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]])))
-    return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1]
+def _stretches(known: npt.NDArray[np.bool_], carried: npt.NDArray[np.bool_]) -> list[slice]:
+    """Where at least two in a row of the samples (n,) are known, and it was not carried from one to the next (n - 1,)."""
+    joined = known[:-1] & known[1:] & ~carried
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], joined, [False]])))
+    return [slice(a, b + 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _until(footprint: Shape, path: FloatArray, at: FloatArray, v: FloatArray, shape: Shape) -> FloatArray:

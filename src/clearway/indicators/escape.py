@@ -26,6 +26,7 @@ from scipy.ndimage import distance_transform_edt
 
 from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import Circle, FloatArray, circumscribed_radius, inscribed_radius
+from clearway.indicators.legs import stretches
 from clearway.robots.drive_limits import DriveLimits, immediate
 from clearway.trials import Body, Trial
 
@@ -162,27 +163,37 @@ def prolonged(trial: Trial, times: FloatArray) -> FloatArray:
 
     Between samples by cubic splines. After the record each coordinate goes on by the linear recurrence
     x[k+1] = a x[k] + b x[k-1] + c that its last 3 s fit: rest, constant speed and acceleration and (damped) oscillation
-    go on exactly; where no stable recurrence fits to 1 mm, or less than five samples are known, at the last velocity.
+    go on exactly; where no stable recurrence fits to 1 mm, or less than five samples are known, at the last velocity. What was
+    carried is absent meanwhile, and where it was before tells nothing of where it goes on.
     """
-    from scipy.interpolate import CubicSpline  # here: it takes long to load, and only moving obstacles need it
-
-    t = trial.t
-    period = float(t[1] - t[0]) if len(t) > 1 else trial.attempt.period
-    regular = (
-        len(t) - 1 if len(t) > 2 and t[-1] - t[-2] < period * (1 - 1e-6) else len(t)
-    )  # contact ends a period early
-    known = t[:regular]
-    more = max(math.ceil((float(times[-1]) - float(known[-1])) / period) + 1, 0)
-    knots = np.concatenate([known, known[-1] + period * np.arange(1, more + 1)])
+    period = float(trial.t[1] - trial.t[0]) if len(trial.t) > 1 else trial.attempt.period
     out = np.full((len(times), trial.moving_obstacles.shape[1], 3), np.nan)
     for m in range(trial.moving_obstacles.shape[1]):
-        for axis in (0, 1):
-            values = _continued(trial.moving_obstacles[:regular, m, axis], more, max(round(_FIT / period), 5))
-            if np.isfinite(values).all() and len(knots) > 3:
-                out[:, m, axis] = CubicSpline(knots, values)(times)
-            else:
-                out[:, m, axis] = np.interp(times, knots, values)
-        out[:, m, 2] = trial.moving_obstacles[np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 1), m, 2]
+        for part in stretches(trial, m):
+            t = trial.t[part]
+            here = ((times >= t[0]) | (part.start == 0)) & ((times <= t[-1]) | (part.stop == len(trial.t)))
+            out[here, m] = _stretched(t, trial.moving_obstacles[part, m], period, times[here])
+    return out
+
+
+def _stretched(t: FloatArray, poses: FloatArray, period: float, times: FloatArray) -> FloatArray:
+    """(n, 3) the same at `times` (n,) of one that was at `poses` (k, 3) at `t` (k,) [s]."""
+    from scipy.interpolate import CubicSpline  # here: it takes long to load, and only moving obstacles need it
+
+    out = np.empty((len(times), 3))
+    if not len(times):
+        return out
+    early = len(t) > 2 and t[-1] - t[-2] < period * (1 - 1e-6)  # contact ends a period early
+    known = t[: len(t) - early]
+    more = max(math.ceil((float(times[-1]) - float(known[-1])) / period) + 1, 0)
+    knots = np.concatenate([known, known[-1] + period * np.arange(1, more + 1)])
+    for axis in (0, 1):
+        values = _continued(poses[: len(known), axis], more, max(round(_FIT / period), 5))
+        if np.isfinite(values).all() and len(knots) > 3:
+            out[:, axis] = CubicSpline(knots, values)(times)
+        else:
+            out[:, axis] = np.interp(times, knots, values)
+    out[:, 2] = poses[np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 1), 2]
     return out
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,8 @@ from clearway.trials import Leg, Outcome, Span, Trial
 from clearway.trials.trial import UNTIED
 from clearway.trials.unseen import longest_step
 
+FASTEST = 10.0
+"""m/s; an obstacle that moves faster between two samples was carried."""
 _SAME_INSTANT = 1e-9
 """s; time stamps closer than this are one."""
 
@@ -33,6 +36,7 @@ class DrivenLeg:
         moving_obstacles: (n, m, 3) poses of what moves, NaN while absent.
         sigma: (n, 1 + m, 2) standard uncertainties as a trial has them, or None.
         tie: (n, 2) what the frame's tie to the map makes of them, or None.
+        carried: (n, m) after which samples what moves was carried elsewhere, as `carried` has it.
         missed: (n - 1,) after which samples a recording has none for too long.
         untied: Whether its goal is given, and only the tie of the recording to the map is missing.
     """
@@ -46,6 +50,7 @@ class DrivenLeg:
     moving_obstacles: FloatArray
     sigma: FloatArray | None
     tie: FloatArray | None
+    carried: npt.NDArray[np.bool_]
     missed: npt.NDArray[np.bool_]
     untied: bool
 
@@ -215,6 +220,26 @@ def missed(trial: Trial, t: FloatArray) -> npt.NDArray[np.bool_]:
     return np.asarray((trial.attempt.source == "recorded") & (np.diff(t) > longest_step(trial.attempt)))
 
 
+@lru_cache(maxsize=8)
+def carried(trial: Trial) -> npt.NDArray[np.bool_]:
+    """(n, m) after which samples of a trial each of what moves was elsewhere at once: gone in between, or faster than
+    `FASTEST`; never after the last. No line joins those two places, and the difference between them is no velocity."""
+    found = np.zeros(trial.moving_obstacles.shape[:2], np.bool_)
+    leap = np.hypot(*np.moveaxis(np.diff(trial.moving_obstacles[:, :, :2], axis=0), 2, 0))
+    found[:-1] = leap > FASTEST * np.diff(trial.t)[:, None]
+    if trial.between is not None:
+        after = np.searchsorted(trial.t[:-1], trial.between.t) - 1
+        np.logical_or.at(found, after, ~np.isfinite(trial.between.moving_obstacles[:, :, 0]))
+    return found
+
+
+def stretches(trial: Trial, moving_obstacle: int) -> list[slice]:
+    """The samples of one of what moves, parted where it was carried, came or went."""
+    there = np.isfinite(trial.moving_obstacles[:, moving_obstacle, 0])
+    parts = np.flatnonzero(carried(trial)[:-1, moving_obstacle] | (there[1:] != there[:-1])) + 1
+    return [slice(a, b) for a, b in pairwise([0, *(int(b) for b in parts), len(trial.t)])]
+
+
 def goal_of(drive: DrivenLeg) -> FloatArray:
     """The goal (3,) of a leg; its heading may be NaN.
 
@@ -271,6 +296,7 @@ def _cut(trial: Trial, span: Span) -> DrivenLeg:
         cut(trial.moving_obstacles, angle=True),
         None if trial.sigma is None else cut(trial.sigma),
         None if trial.tie is None else cut(trial.tie),
+        carried(trial)[before],
         missed(trial, at),
         trial.provenance.get("frame") == UNTIED,
     )

@@ -24,7 +24,7 @@ import numpy as np
 
 from clearway.geometry.packing import pack
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
-from clearway.indicators.clearance import FASTEST
+from clearway.indicators.legs import FASTEST
 from clearway.robots import Robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario

@@ -79,7 +79,8 @@ class SmacHybridParameters(_Smac):
     JAZZY: ClassVar[dict[str, Any]] = {"allow_primitive_interpolation": False}
 
     max_planning_time: NonNegative = Field(
-        default=5.0, description="s that a search may take, counted as 100 000 nodes each: no wall clock decides in a trial"
+        default=5.0,
+        description="s that a search may take, counted as 100 000 nodes each: no wall clock decides in a trial",
     )
     tolerance: NonNegative = Field(default=0.25, description="a path may end this far from an unreachable goal, m")
     angle_quantization_bins: Whole = Field(default=72, ge=4, le=720, description="headings in a full turn")

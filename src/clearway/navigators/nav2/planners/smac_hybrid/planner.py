@@ -69,7 +69,9 @@ class SmacHybrid:
         field = self._obstacles.towards(view.cost, float(there.x), float(there.y), keep)
         bins = p.angle_quantization_bins
         at_goal = {"DEFAULT": [last], "BIDIRECTIONAL": [last, (last + bins // 2) % bins]}
-        limit = min(p.max_iterations if p.max_iterations > 0 else _WITHOUT_BOUND, math.ceil(p.max_planning_time * _RATE))
+        limit = min(
+            p.max_iterations if p.max_iterations > 0 else _WITHOUT_BOUND, math.ceil(p.max_planning_time * _RATE)
+        )
         task = Task(
             np.array((here.x, here.y, first), np.float32),
             np.array((there.x, there.y), np.float32),
