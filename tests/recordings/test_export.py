@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from driven_trials import forth_and_back
 
+from clearway.contract import PLACED
 from clearway.errors import ClearwayError
 from clearway.indicators import score_row
 from clearway.recordings import formats
@@ -68,6 +69,22 @@ def test_csv_has_every_number_in_full_with_its_unit(trial, tmp_path):
     expected = np.column_stack(list(columns(trial).values()))
     np.testing.assert_array_equal(table, expected)
     np.testing.assert_array_equal(table[:, 1:4], trial.pose)
+
+
+def test_bodies_of_one_name_are_numbered(trial, tmp_path):
+    """What a file can hold of two names may be the same, or they are: none is lost."""
+    square, person = (body for body in trial.attempt.bodies if body.kind in PLACED)
+    twins = replace(
+        trial,
+        attempt=replace(trial.attempt, bodies=(square, replace(square, pose=square.pose + 1.0), person, person)),
+        moving_obstacles=np.concatenate([trial.moving_obstacles, trial.moving_obstacles + 1.0], axis=1),
+    )
+    named = ["square_300", "square_300_2", "person_500", "person_500_2"]
+    csv_file, *_ = export(twins, "csv", tmp_path / "trial.csv")
+    assert list(formats.read(csv_file).tracks)[2:] == named
+    capture, plan, *_ = export(twins, "trc", tmp_path / "trial.trc")
+    assert {name.split(":")[0] for name in formats.read(capture).points.names} == {"robot", *named}
+    assert all(f"[bodies.{name}]" in plan.read_text() for name in named)
 
 
 def test_csv_is_read_again_by_what_stands_beside_it(trial, tmp_path):

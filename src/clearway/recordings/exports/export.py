@@ -12,13 +12,12 @@ from typing import Any, Literal, Protocol, cast, get_args
 
 import numpy as np
 
-from clearway.contract import PLACED
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.placing import placed
 from clearway.recordings import formats
 from clearway.recordings.exports import mcap
-from clearway.recordings.exports.synthetic import System, body_name, captured, plan_tables
+from clearway.recordings.exports.synthetic import System, captured, obstacles, plan_tables
 from clearway.recordings.formats.beside import beside
 from clearway.recordings.protocol.toml_text import toml
 from clearway.recordings.recording import Recording, Track
@@ -155,16 +154,9 @@ def columns(trial: Trial) -> dict[str, FloatArray]:
         ("command ", rates, trial.command),
         ("", ("leg",), np.asarray(trial.leg, dtype=np.float64)[:, None]),
     ]
-    moving_obstacle = 0
-    for body in trial.attempt.bodies:
-        track = (
-            np.tile(body.pose, (len(trial.t), 1))
-            if body.pose is not None
-            else trial.moving_obstacles[:, moving_obstacle]
-        )
-        moving_obstacle += body.pose is None
-        if body.kind in PLACED:
-            parts.append((f"{body_name(body)} ", pose, track))
+    for name, (body, column) in obstacles(trial).items():
+        track = trial.moving_obstacles[:, column] if body.pose is None else np.tile(body.pose, (len(trial.t), 1))
+        parts.append((f"{name} ", pose, track))
     return {
         f"{who}{name}": values[:, i]
         for who, names, values in parts

@@ -99,16 +99,11 @@ def captured(trial: Trial, system: System = LAB, *, bodies: bool = False) -> Rec
     n = max(1, math.floor((system.lead + float(trial.t[-1]) + system.tail) * system.rate + 1e-9) + 1)
     t = np.arange(n) / system.rate
     poses = {ROBOT: robot_at(trial, t - system.lead)}
-    column = 0
-    for body in trial.attempt.bodies:
-        if body.kind not in PLACED:
-            column += body.pose is None
-            continue
+    for name, (body, column) in obstacles(trial).items():
         if body.pose is not None:
-            poses[body_name(body)] = np.tile(body.pose, (n, 1))
+            poses[name] = np.tile(body.pose, (n, 1))
         else:
-            poses[body_name(body)] = moving_obstacle_at(trial, column, t - system.lead)
-            column += 1
+            poses[name] = moving_obstacle_at(trial, column, t - system.lead)
     return _record(t, poses, marker_sets(trial), system, bodies=bodies)
 
 
@@ -150,14 +145,27 @@ def body_name(body: Body) -> str:
     return f"{re.sub(r'[^A-Za-z0-9]+', '_', body.name).strip('_') or 'body'}_{round(1000 * _width(body.shape))}"
 
 
+def obstacles(trial: Trial) -> dict[str, tuple[Body, int]]:
+    """Every obstacle of a trial by its `body_name`, numbered where that doesn't tell two apart, and which of those that move it
+    is, if it does."""
+    found: dict[str, tuple[Body, int]] = {}
+    column = 0
+    for body in trial.attempt.bodies:
+        if body.kind in PLACED:
+            name, k = body_name(body), 2
+            while name in found:
+                name, k = f"{body_name(body)}_{k}", k + 1
+            found[name] = body, column
+        column += body.pose is None
+    return found
+
+
 def marker_sets(trial: Trial) -> dict[str, Coordinates]:
     """Of the robot and of every obstacle: its markers, named `BODY:MARKER`, with their coordinates."""
     size = 0.25 if trial.attempt.footprint is None else inscribed_radius(trial.attempt.footprint)
     sets: dict[str, Coordinates] = {ROBOT: _set(ROBOT, (*_LOW, *_HIGH), 0.9 * size)}
-    for body in trial.attempt.bodies:
-        if body.kind in PLACED:
-            name = body_name(body)
-            sets[name] = _set(name, _AROUND, max(ARM, 0.9 * inscribed_radius(body.shape)))
+    for name, (body, _) in obstacles(trial).items():
+        sets[name] = _set(name, _AROUND, max(ARM, 0.9 * inscribed_radius(body.shape)))
     return sets
 
 
@@ -170,8 +178,8 @@ def plan_tables(trial: Trial, *, bodies: bool = False) -> dict[str, Any]:
             return {"track": name}
         return {"markers": f"{name}:", "coordinates": {marker: list(at) for marker, at in sets[name].items()}}
 
-    around = {body_name(b): b for b in trial.attempt.bodies if b.kind in PLACED}
-    others = {name: {"shape": shape_table(b.shape)} | seen(name) | visiting(trial, b) for name, b in around.items()}
+    around = obstacles(trial).items()
+    others = {name: {"shape": shape_table(b.shape)} | seen(name) | visiting(trial, b) for name, (b, _) in around}
     return {ROBOT: seen(ROBOT), "bodies": others}
 
 
