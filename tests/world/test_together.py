@@ -102,6 +102,18 @@ def test_who_has_crashed_stands_there_for_the_others():
     assert trials[2].t[-1] == pytest.approx(2.0 / 0.8, abs=1e-4)
 
 
+def test_nobody_is_met_or_seen_beyond_its_own_contact():
+    """Two decide seldom and meet early in their periods; the third decides five times meanwhile."""
+    often, seldom = make_robot(drive=FREE), make_robot(drive=FREE, period=0.5)
+    starts = [{"start": (-2.0, 2.0, 0.0)}, {"start": (1.5, 0.0, 0.0)}, {"start": (3.0, 0.0, math.pi)}]
+    a, b, c = together(scene(*starts), (often, constant(0.0)), (seldom, constant(1.9)), (seldom, constant(1.9)))
+    assert reached([b, c]) == [Outcome.COLLISION] * 2
+    assert b.t[-1] == c.t[-1] < 0.5
+    after = a.moving_obstacles[a.t > b.t[-1], :2]
+    assert len(after) > 4
+    np.testing.assert_allclose(after - np.array([b.pose[-1], c.pose[-1]]), 0.0, atol=1e-9)
+
+
 def test_who_has_arrived_stands_there_for_the_others():
     goal = [{"name": "there", "goal": (0.0, 0.0, 0.0), "time_limit": 20.0}]
     robot = make_robot()

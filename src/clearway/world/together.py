@@ -47,9 +47,7 @@ def together(drives: Sequence[Drive], names: Sequence[str], traffic: Traffic) ->
                 drive.rehearse(traffic)
         end = min(drive.end for drive in under_way)
         traffic.decide_until(end)
-        due = [drive for drive in under_way if drive.end <= end + _SAME]
-        _settle(due, dict(zip(names, drives, strict=True)), end)
-        due = [drive for drive in due if not drive.halted]
+        due = _settle(under_way, dict(zip(names, drives, strict=True)), end)
 
 
 def _alone(drives: Sequence[Drive], traffic: Traffic) -> Iterator[Sequence[Drive]]:
@@ -72,22 +70,17 @@ def _alone(drives: Sequence[Drive], traffic: Traffic) -> Iterator[Sequence[Drive
             drive.collide(touched)
 
 
-def _settle(due: Sequence[Drive], named: dict[str, Drive], end: float) -> None:
-    """What the robots drive whose periods end at `end` [s], now that it is known where all the others went; robots that are
-    still in their periods when they are met are stopped there."""
-    looked = {drive: drive.look() for drive in due}
+def _settle(under_way: Sequence[Drive], named: dict[str, Drive], end: float) -> list[Drive]:
+    """What the robots that are under way drive until `end` [s], now that it is known where all the others went by then: those whose
+    periods end there; whoever is still in its period may be stopped before that too."""
+    who = {drive: name for name, drive in named.items()}
+    looked = {drive: drive.look() for drive in under_way}
     while True:
         hits = {d: (t, touched) for d, (t, touched) in looked.items() if touched is not None and t <= end + _SAME}
         if not hits:
             break
-        met = [d for d in (_robot(touched, named) for _, touched in hits.values()) if d is not None]
-        unlooked = [d for d in met if d not in looked and not d.halted]
-        if unlooked:  # it may have been stopped before it was met
-            looked |= {drive: drive.look() for drive in unlooked}
-            continue
         first = min(t for t, _ in hits.values())
         stopped = {d: touched for d, (t, touched) in hits.items() if t <= first + _TIE}
-        who = {drive: name for name, drive in named.items()}
         for drive, touched in stopped.items():
             drive.collide(touched)
         for drive, touched in stopped.items():
@@ -95,9 +88,10 @@ def _settle(due: Sequence[Drive], named: dict[str, Drive], end: float) -> None:
             if other is not None and not other.halted:
                 other.collide(other.world.body(who[drive]), first)
         looked = {drive: drive.look() for drive in looked if not drive.halted}
+    due = [drive for drive in looked if drive.end <= end + _SAME]
     for drive in due:
-        if not drive.halted:
-            drive.keep()
+        drive.keep()
+    return due
 
 
 def _robot(touched: Body, named: dict[str, Drive]) -> Drive | None:
