@@ -58,12 +58,24 @@ def group(i, members, x, v):
     return force
 
 
+def parted(a, b, polygons):
+    """Whether a polygon's edge lies between two places: where the two lines meet, as shares of their lengths."""
+    for polygon in polygons:
+        for c, d in zip(np.array(polygon, float), np.roll(np.array(polygon, float), -1, 0), strict=True):
+            across = np.array([b - a, c - d]).T
+            if abs(np.linalg.det(across)) > 1e-12:
+                s, t = np.linalg.solve(across, c - a)
+                if 0 < s < 1 and 0 <= t <= 1:
+                    return True
+    return False
+
+
 def forces(x, v, radius, groups, polygons):
     """(n, 2) all but the drive, m/s^2."""
     total = []
     for i in range(len(x)):
         f = sum((interaction(x[i], v[i], x[j], v[j]) for j in range(len(x)) if j != i), np.zeros(2))
         f = f + walls(x[i], radius[i], polygons)
-        members = [j for j in range(len(x)) if groups[j] == groups[i] >= 0]
+        members = [j for j in range(len(x)) if groups[j] == groups[i] >= 0 and not parted(x[i], x[j], polygons)]
         total.append(f + (group(i, members, x, v) if len(members) > 1 else 0.0))
     return np.array(total)

@@ -149,3 +149,13 @@ def test_those_of_a_group_stay_together():
             bodies = bodies._replace(position=bodies.position + velocity * 0.1, velocity=velocity)
         spread.append(np.hypot(*(bodies.position - bodies.position.mean(0)).T).max())
     assert spread[0] < 1.3 < 1.6 < spread[1]
+
+
+def test_a_group_is_not_drawn_through_a_wall():
+    """Each of a pair has a wall before it, behind which the other stands; once around its end they come together."""
+    wall = walls_of([[(-0.1, -2.0), (0.1, -2.0), (0.1, 2.0), (-0.1, 2.0)]])
+    pair = np.zeros(2, np.int64)
+    for y, drawn in ((0.0, False), (2.5, True)):
+        bodies, wishes = bodies_of([(-1.2, y), (1.2, y)]), wishes_of([(0, 0), (0, 0)])
+        together, apart = (forces(bodies, wishes, group, MOUSSAID, wall) for group in (pair, ALONE[:2]))
+        assert together[:, 0] - apart[:, 0] == pytest.approx([3.0, -3.0] if drawn else [0.0, 0.0])

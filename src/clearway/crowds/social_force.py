@@ -16,7 +16,7 @@ import numpy as np
 
 from clearway.crowds.bodies import Bodies, IntArray, Wishes, sweep
 from clearway.crowds.elementary import atan2, exp
-from clearway.crowds.walls import Walls
+from clearway.crowds.walls import Walls, parted
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
@@ -110,7 +110,7 @@ def forces(bodies: Bodies, wishes: Wishes, group: IntArray, model: SocialForce, 
         x, y, radius = bodies.position[i, 0], bodies.position[i, 1], bodies.radius[i]
         _add_walls(x, y, radius, walls, edge, model, felt, found, total[a])
         if group[i] >= 0:
-            _add_group(i, bodies, group, model, total[a])
+            _add_group(i, bodies, group, model, walls, total[a])
     return total.astype(np.float64) * QUANTUM
 
 
@@ -267,12 +267,14 @@ def _add_walls(
 
 
 @light
-def _add_group(i: int, bodies: Bodies, group: IntArray, model: SocialForce, total: IntArray) -> None:
-    """Add what its group does to body `i`."""
+def _add_group(i: int, bodies: Bodies, group: IntArray, model: SocialForce, walls: Walls, total: IntArray) -> None:
+    """Add what its group does to body `i`: those of it that no wall parts it from, as it would be drawn to the others through one."""
     x, y, size = bodies.position[i, 0], bodies.position[i, 1], 0
     cx, cy = 0, 0
     for j in range(group.shape[0]):
         if group[j] != group[i] or j == i:
+            continue
+        if parted(x, y, bodies.position[j, 0], bodies.position[j, 1], walls):
             continue
         size += 1
         rx, ry = bodies.position[j, 0] - x, bodies.position[j, 1] - y

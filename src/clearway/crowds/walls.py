@@ -88,3 +88,18 @@ def from_edge(x: float, y: float, k: int, walls: Walls) -> tuple[float, float]:
     dx, dy = walls.direction[k, 0], walls.direction[k, 1]
     along = min(max(rx * dx + ry * dy, 0.0), walls.length[k])
     return rx - along * dx, ry - along * dy
+
+
+@light
+def parted(x: float, y: float, px: float, py: float, walls: Walls) -> bool:
+    """Whether an edge lies between (x, y) and (px, py) [m]."""
+    wx, wy = px - x, py - y
+    for k in range(len(walls.length)):
+        dx, dy = walls.direction[k, 0] * walls.length[k], walls.direction[k, 1] * walls.length[k]
+        rx, ry = walls.vertex[k, 0] - x, walls.vertex[k, 1] - y
+        begins = wx * ry - wy * rx  # to which side of the line of sight
+        if begins * (begins + wx * dy - wy * dx) <= 0.0:
+            here = rx * dy - ry * dx  # to which side of the edge
+            if here * (here - wx * dy + wy * dx) < 0.0:
+                return True
+    return False
