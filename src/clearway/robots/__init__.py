@@ -11,6 +11,7 @@ from clearway.robots.robot import (
     Robot,
     Tolerances,
     load_robot,
+    overridden,
     robot_names,
 )
 from clearway.robots.tables import RobotTable
@@ -29,6 +30,7 @@ __all__ = [
     "Tolerances",
     "immediate",
     "load_robot",
+    "overridden",
     "possible",
     "robot_names",
 ]

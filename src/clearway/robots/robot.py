@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -316,7 +317,7 @@ def _load(path: Path, preset: str | None, changed: int) -> Robot:
             if part not in table:
                 raise ClearwayError(f"there is no {part!r} to take away", file=path, field=f"presets.{preset}.without")
             del table[part]
-        table = _override(table, changes) | {"name": f"{table.get('name', path.stem)}:{preset}"}
+        table = overridden(table, changes) | {"name": f"{table.get('name', path.stem)}:{preset}"}
     try:
         return Robot.model_validate(table)
     except ValidationError as error:
@@ -342,12 +343,13 @@ def _locate(which: str) -> tuple[Path, str | None]:
     raise unknown("robot", name, shipped)
 
 
-def _override(table: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
+def overridden(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables within each other, those of `table` where `by` doesn't say otherwise."""
     merged = dict(table)
     for key, value in by.items():
         old = merged.get(key)
         replace = isinstance(value, dict) and value.get("kind") is not None  # a shape is replaced whole
         merged[key] = (
-            _override(old, value) if isinstance(old, dict) and isinstance(value, dict) and not replace else value
+            overridden(old, value) if isinstance(old, dict) and isinstance(value, dict) and not replace else value
         )
     return merged

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from clearway.errors import ClearwayError
 from clearway.navigators.nav2.costmaps.costmap import Costmap as CostmapOfLayers
+from clearway.navigators.nav2.navigator import Nav2
 from clearway.navigators.nav2.parameters import files, plugins, read
 from clearway.navigators.nav2.parameters.branch import settle
 from clearway.navigators.nav2.parameters.costmaps import Costmap
@@ -497,3 +498,28 @@ def test_what_is_wrong_with_a_primary_controller_beside_is_one_problem(
     assert re.search(said, str(problem))
     if "k_phi" in lines:
         assert {row.status for row in found.rows if row.name.endswith("k_phi")} == {"missing"}
+
+
+def test_what_a_robots_file_says_is_put_into_its_preset():
+    found = Nav2().read_parameters(load_robot("jackal:wide"), mapped=False).global_costmap.group
+    assert (found.width, found.origin_x, found.resolution) == (60, -30.0, 0.06)
+    assert Nav2().read_parameters(load_robot("jackal"), mapped=False).global_costmap.group.width == 40
+    assert Nav2("jackal").read_parameters(load_robot("jackal:wide"), mapped=False).global_costmap.group.width == 40, (
+        "who names a preset gets it as it is"
+    )
+
+
+@pytest.mark.parametrize(
+    ("own", "problem", "field"),
+    [
+        ({"costmap": {}}, "unknown server of Nav2", "costmap"),
+        ({"global_costmap": 3}, "is 3; must be a table", "global_costmap"),
+        ({"global_costmap": {"width": 60.0}}, "ROS takes an integer", "global_costmap.width"),
+        ({"global_costmap": {"widht": 60}}, "nothing reads it: .*'width'", "global_costmap.widht"),
+    ],
+)
+def test_what_is_wrong_in_a_robots_table_of_nav2_is_told_by_its_field(own, problem, field):
+    robot = load_robot("jackal").model_copy(update={"navigators": {"nav2": own}})
+    with pytest.raises(ClearwayError, match=problem) as caught:
+        Nav2().read_parameters(robot, mapped=False)
+    assert (caught.value.file, caught.value.field) == ("robot jackal", f"navigators.nav2.{field}")

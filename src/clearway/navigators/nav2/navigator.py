@@ -36,6 +36,7 @@ from clearway.navigators.nav2.controller_server import ControllerServer
 from clearway.navigators.nav2.costmaps.costmap import Costmap, refuse_without_map
 from clearway.navigators.nav2.parameters import Parameters, files, read
 from clearway.navigators.nav2.parameters import servers as parameters
+from clearway.navigators.nav2.parameters.table import read_own
 from clearway.navigators.nav2.planner_server import PlannerServer
 from clearway.navigators.nav2.seams import Velocity
 from clearway.robots import DriveKind, Robot, possible
@@ -109,7 +110,7 @@ class Nav2:
         Raises:
             ClearwayError: One of them is wrong, or its behaviour tree is.
         """
-        found = read(self._params, robot, mapped=mapped)
+        found = read_own(robot, mapped=mapped) if self._params is None else read(self._params, robot, mapped=mapped)
         self._trees(found)
         return found
 

@@ -12,7 +12,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.navigators.nav2.parameters.branch import Branch, settle
 from clearway.navigators.nav2.parameters.file import Node, merged, nested, read_nodes
 from clearway.navigators.nav2.parameters.group import Group
-from clearway.navigators.nav2.presets import preset_for, preset_names, read_preset, without_map
+from clearway.navigators.nav2.presets import preset_for, preset_names, read_preset, with_own, without_map
 from clearway.robots import Robot
 
 _PARAMETERS = "clearway.navigators.nav2.parameters"
@@ -71,7 +71,7 @@ def read(given: str | Path | None, robot: Robot, *, mapped: bool = True) -> Para
 
     Args:
         given: A file of ROS 2 parameters, or a preset's name; None: the robot's own public file, or, for one that has none, Nav2's
-            own fitted to the robot.
+            own fitted to the robot, with what the robot's file says otherwise.
         robot: Who drives.
         mapped: Whether it has a map; without one presets leave out what needs it.
 
@@ -81,6 +81,7 @@ def read(given: str | Path | None, robot: Robot, *, mapped: bool = True) -> Para
     if given is None or is_preset(given):
         preset = preset_for(robot) if given is None else read_preset(str(given))
         preset = preset if mapped else without_map(preset)
+        preset = with_own(preset, robot) if given is None else preset
         return _settled(preset.tables, preset.source, None)
     path = Path(given)
     if not path.suffix and not path.exists():

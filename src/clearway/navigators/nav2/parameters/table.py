@@ -7,15 +7,26 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown, unknown
 from clearway.navigators.common.parameter_table import ParameterTable, Row, Status, as_written, nearest
 from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.parameters.branch import Branch, is_filled_in_at_launch, settle
 from clearway.navigators.nav2.parameters.file import Node, read_nodes
 from clearway.navigators.nav2.parameters.group import Group
 from clearway.navigators.nav2.parameters.ignored import AMCL, EVERYWHERE, NODES
-from clearway.navigators.nav2.parameters.nav2_parameters import OPTIONAL, SERVERS, namespace, reader_of, tables_of
+from clearway.navigators.nav2.parameters.nav2_parameters import (
+    OPTIONAL,
+    SERVERS,
+    Parameters,
+    namespace,
+    read,
+    reader_of,
+    tables_of,
+)
 from clearway.navigators.nav2.parameters.servers import BtNavigator
+from clearway.navigators.nav2.presets.preset import TABLE
+from clearway.robots import Robot
+from clearway.robots.tables import TUNED_ON
 
 ABOUT = "defaults are those of Nav2's branch main (a3a97043), and where jazzy's differ they are shown"
 _ORDER: tuple[Status, ...] = ("read", "default", "missing", "ignored", "unknown")
@@ -53,6 +64,32 @@ def table(path: Path) -> ParameterTable:
     rows = [row for row in rows if row.name not in wrong]
     rows += [row for node in nodes for row in _of_other_node(node, space)]
     return ParameterTable(str(path), ABOUT, tuple(rows), tuple(problems))
+
+
+def read_own(robot: Robot, *, mapped: bool) -> Parameters:
+    """What Nav2 is given for `robot` by itself: its preset, with what the robot's file says otherwise, all of which must be read.
+
+    Raises:
+        ClearwayError: something in the robot's file is wrong, or nothing reads it.
+    """
+    file, where = f"robot {robot.name}", f"navigators.{TABLE}"
+    own = {server: table for server, table in robot.navigators.get(TABLE, {}).items() if server != TUNED_ON}
+    for server, table in own.items():
+        if server not in SERVERS | OPTIONAL:
+            raise unknown("server of Nav2", server, SERVERS | OPTIONAL, file=file, field=f"{where}.{server}")
+        if not isinstance(table, dict):
+            raise ClearwayError(f"is {shown(table)}; must be a table", file=file, field=f"{where}.{server}")
+    try:
+        found = read(None, robot, mapped=mapped)
+    except ClearwayError as error:
+        if not own:
+            raise
+        raise ClearwayError(error.problem, file=file, field=f"{where}.{error.field}") from error
+    for server in own:
+        for row in rows_of(getattr(found, server), f"{where}.{server}."):
+            if row.status in ("missing", "unknown"):
+                raise ClearwayError(f"nothing reads it: {row.note}", file=file, field=row.name)
+    return found
 
 
 def _wrong_tree(group: BtNavigator, path: Path) -> ClearwayError | None:

@@ -11,11 +11,14 @@ from typing import Any, NamedTuple
 from clearway.errors import unknown
 from clearway.geometry.shapes import Circle
 from clearway.reading import read_toml
-from clearway.robots import Robot
+from clearway.robots import Robot, overridden
+from clearway.robots.tables import TUNED_ON
 
 _FOLDER = Path(__file__).parent
 NAV2 = "nav2"
 """The preset that has Nav2's own file."""
+TABLE = "nav2"
+"""Among the navigators of a robot's file: tables of parameters by server."""
 
 _STATIC = "nav2_costmap_2d::StaticLayer"
 
@@ -77,6 +80,15 @@ def without_map(preset: Preset) -> Preset:
         "global_frame": "odom", "rolling_window": False, "width": 40, "height": 40, "origin_x": -20.0, "origin_y": -20.0,
     }  # fmt: skip
     return preset._replace(source=f"{preset.source}, without a map", tables=tables)
+
+
+def with_own(preset: Preset, robot: Robot) -> Preset:
+    """The same with what the robot's file holds for Nav2's servers, in `[navigators.nav2]`, put in."""
+    own = {server: table for server, table in robot.navigators.get(TABLE, {}).items() if server != TUNED_ON}
+    if not own:
+        return preset
+    tables = _frozen(overridden(preset.tables, own))
+    return preset._replace(source=f"{preset.source}, with the robot's [navigators.{TABLE}]", tables=tables)
 
 
 def fitted(robot: Robot) -> Preset:

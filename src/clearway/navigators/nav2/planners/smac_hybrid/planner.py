@@ -29,7 +29,7 @@ _ROOM = 1 << 15
 """Nodes that there is room for at first; a search that needs more begins anew with four times as many."""
 
 _RATE = 1e5
-"""Nodes that are visited in a second of `max_planning_time`: a stand-in, see DECISIONS.md."""
+"""Nodes that are visited in a second of `max_planning_time`: a stand-in, see navigators/nav2/DECISIONS.md."""
 
 
 class SmacHybrid:
