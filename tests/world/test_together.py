@@ -262,6 +262,20 @@ def test_who_gives_up_at_full_speed_stops_and_touches_nobody_far_away(drive: dic
     assert b.moving_obstacles[-1, 0, 0] == pytest.approx(a.pose[-1, 0], abs=0.2)
 
 
+def test_what_happens_between_samples_ends_with_the_trial():
+    """The first gives up at once and comes to rest for seconds, while the second comes ever nearer to it."""
+    slow = {"v_max": 2.0, "v_min": -2.0, "omega_max": 3.0, "acceleration": 9.0, "deceleration": 0.4,
+            "angular_acceleration": 9.0, "angular_deceleration": 9.0}  # fmt: skip
+    legs = [{"name": "away", "goal": (0.0, 2.9, 0.0), "time_limit": 1.5}]
+    scenario = scene({"start": (-3.0, 0.0, 6.0), "legs": legs}, {"start": (3.0, 0.5, math.pi)})
+    a, b = together(scenario, (make_robot(drive=slow), constant(0.8)), (make_robot(drive=FREE), constant(1.0)))
+    assert reached([a, b]) == [Outcome.TIMEOUT] * 2
+    assert a.t[-1] < b.t[-1] - 1.0
+    assert a.between is not None
+    assert a.between.t.max() < a.t[-1]
+    assert a.pose[0, 2] == pytest.approx(6.0 - 2 * math.pi, abs=1e-12), "a heading is told within half a turn"
+
+
 def test_two_who_swap_roles_drive_mirrored():
     def goes(start: tuple[float, float, float], goal: tuple[float, float, float]) -> dict[str, Any]:
         return {"start": start, "legs": [{"name": "there", "goal": goal, "time_limit": 20.0}]}

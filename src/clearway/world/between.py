@@ -77,12 +77,13 @@ class Between:
         if len(found[0]):
             self._found.append(found)
 
-    def instants(self) -> Instants | None:
-        """All of them, None if there is none."""
-        if not self._found:
+    def instants(self, end: float) -> Instants | None:
+        """All of them up to the `end` [s] of the trial, after which a robot comes to rest; None if there is none."""
+        if not self._found or self._found[0][0][0] >= end:
             return None
         t, pose, moving_obstacles = (np.concatenate(column) for column in zip(*self._found, strict=True))
-        return Instants(t, pose, moving_obstacles)
+        during = t < end
+        return Instants(t[during], pose[during], moving_obstacles[during])
 
 
 def _held(shape: Shape) -> float:

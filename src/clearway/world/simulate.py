@@ -204,7 +204,7 @@ def _trial(scenario: Scenario, attempt: Attempt, drive: Drive, wall: float) -> T
         outcome=drive.outcome,
         reason=checker.reason,
         snapshots=tuple(drive.snapshots),
-        between=world.between.instants(),
+        between=world.between.instants(float(columns["t"][-1])),
         provenance={"source": "simulation", "clearway": _version(), "scenario": scenario.name, "seed": scenario.seed},
         timing=timing(wall, drive.thinking, attempt.period),
         thinking=thinking_of(drive, columns["t"]),

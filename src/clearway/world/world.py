@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.contract import BodyKind, Goal, Latency, Obstacles, Sensing
+from clearway.geometry.angles import wrap
 from clearway.geometry.distance import clearance
 from clearway.geometry.packing import boxes, pack, place
 from clearway.geometry.shapes import FloatArray
@@ -73,6 +74,7 @@ class World:
         self.axle = drive.pivot if drive.kind == "ackermann" else 0.0
         self._state = np.zeros(setting.STATE)
         self._state[:3] = self._shifted(start, self.pivot)
+        self._state[2] = wrap(self._state[2])
         self._count = 0
         own = robot.latency
         self.latency = Latency(latency * own.sensing, latency * own.command, latency * own.jitter, drive.lag)
