@@ -38,7 +38,7 @@ STEPS = [(0.8, 0.0), (0.0, 0.0), (0.0, 0.9), (0.0, 0.0), (-0.5, 0.0), (0.4, 0.6)
 @pytest.fixture(autouse=True)
 def few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
     """So that it is quick; the intervals are those of fewer draws."""
-    monkeypatch.setattr(fit, "DRAWS", 40)
+    monkeypatch.setattr(fit, "DRAWS", 12)
 
 
 def plainly(when: FloatArray, told: FloatArray, response: Response, at: FloatArray) -> FloatArray:
