@@ -301,7 +301,7 @@ def test_a_subtree_has_a_blackboard_of_its_own():
     assert root.board.get("other") is None
 
 
-@pytest.mark.parametrize("name", defaults.names())
+@pytest.mark.parametrize("name", [name for name in defaults.names() if name != defaults.FOLLOW_POINT])
 @pytest.mark.parametrize("version", ["main", "jazzy"])
 def test_every_shipped_tree_reaches_a_goal_that_nothing_hinders(name, version):
     world = World(follow_path=[R] * 4)
@@ -309,6 +309,33 @@ def test_every_shipped_tree_reaches_a_goal_that_nothing_hinders(name, version):
     answers = [answer for answer, _ in run(root, world, 8)]
     assert S in answers
     assert F not in answers[: answers.index(S)]
+
+
+def test_a_goal_updater_hands_its_goal_on_at_each_tick():
+    world = World(wait=[R])
+    root = tree(
+        "<GoalUpdater input_goal='{goal}' output_goal='{now}'><Wait/></GoalUpdater>", world, goal=np.ones(3), now=None
+    )
+    assert root.execute() is R
+    assert np.array_equal(root.board.get("now"), np.ones(3))
+    root.board.set("goal", np.zeros(3))
+    assert [answer for answer, _ in run(root, world, 3)] == [R, R, S]
+    assert np.array_equal(root.board.get("now"), np.zeros(3))
+    assert root.child.status is Status.IDLE
+
+
+@pytest.mark.parametrize("version", ["main", "jazzy"])
+def test_the_tree_that_follows_a_point_plans_at_1_hz_and_never_arrives(version):
+    world = World(follow_path=[R, R, S, R, R, Error.FAILED_TO_MAKE_PROGRESS])
+    root = rooted(defaults.shipped(defaults.FOLLOW_POINT, version), world, goal=np.array((9.0, 0.0, 0.0)))
+    told = run(root, world, 9)
+    assert [answer for answer, _ in told] == [R] * 8 + [F]
+    assert [i for i, (_, log) in enumerate(told) if "follow_path" in log] == [1, 5]
+    world = World(follow_path=[R] * 99)
+    root = rooted(defaults.shipped(defaults.FOLLOW_POINT, version), world, goal=np.array((9.0, 0.0, 0.0)))
+    told = run(root, world, 25)
+    assert [i for i, (_, log) in enumerate(told) if "compute_path_to_pose" in log] == [0, 11, 22]
+    assert [i for i, (_, log) in enumerate(told) if "follow_path" in log] == [1, 12, 23]  # each time with the new path
 
 
 @pytest.mark.parametrize(

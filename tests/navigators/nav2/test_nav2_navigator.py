@@ -355,6 +355,31 @@ def test_it_drives_through_a_room_to_one_goal_and_the_next(robot):
     assert set(shown.polylines) <= {"global plan", "local plan"}
 
 
+def test_it_stays_a_metre_from_a_point_that_it_follows_until_that_goes_on(tmp_path, robot):
+    file = tmp_path / "nav2.yaml"
+    file.write_text(
+        PURSUIT.read_text() + "bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: follow_point.xml}}"
+    )
+    navigator = Nav2(params=str(file))
+    navigator.reset(Task(PERIOD, 0.6, np.zeros(3), floor()), robot, np.random.default_rng(0))
+    pose, v, omega, ends = np.zeros(3), 0.0, 0.0, []
+    scan = Scan(np.full(8, math.inf), -math.pi, math.pi / 4, 0.05, 10.0, np.zeros(3))
+    goals = [Goal(np.array(p), 0.1, 0.05) for p in ((3.0, 0.5, 0.0), (5.0, -0.5, 0.0))]
+    for k in range(300):
+        goal = goals[k // 150]
+        command = navigator.step(Observation(PERIOD * k, pose, np.array((v, omega)), pose, goal, scan))
+        assert command.gave_up is None
+        assert not command.arrived
+        v, omega = command.v, command.omega
+        pose = pose + np.array((v * math.cos(pose[2]), v * math.sin(pose[2]), omega)) * PERIOD
+        pose[2] = math.remainder(pose[2], 2 * math.pi)
+        if k in (149, 299):
+            ends.append((math.hypot(*(pose - goal.pose)[:2]), v))
+    for apart, speed in ends:
+        assert apart == pytest.approx(1.0, abs=0.15)
+        assert speed == pytest.approx(0.0, abs=0.05)
+
+
 def test_a_goal_off_the_map_is_given_up_with_the_reason(robot):
     navigator = Nav2(params=str(PURSUIT))
     navigator.reset(Task(PERIOD, 0.6, np.zeros(3), floor()), robot, np.random.default_rng(0))

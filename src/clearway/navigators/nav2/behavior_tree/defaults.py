@@ -22,11 +22,14 @@ Version = Literal["main", "jazzy"]
 DEFAULT = "navigate_to_pose_w_replanning_and_recovery"
 """The tree that runs where a file names none."""
 
+FOLLOW_POINT = "follow_point"
+"""The tree that never arrives: it stays a metre from the goal until the goal moves on."""
 
-def _plan() -> Spec:
+
+def _plan(goal: str = "{goal}") -> Spec:
     return node(
         "ComputePathToPose",
-        goal="{goal}",
+        goal=goal,
         path="{path}",
         planner_id="{selected_planner}",
         error_code_id="{compute_path_error_code}",
@@ -34,10 +37,10 @@ def _plan() -> Spec:
     )
 
 
-def _follow() -> Spec:
+def _follow(path: str = "{path}") -> Spec:
     return node(
         "FollowPath",
-        path="{path}",
+        path=path,
         controller_id="{selected_controller}",
         error_code_id="{follow_path_error_code}",
         error_msg="{follow_path_error_msg}",
@@ -188,6 +191,13 @@ def _bounds() -> Spec:
     return node("Sequence", _plan(), node("ReactiveSequence", near, _follow()))
 
 
+def _point() -> Spec:
+    plan = node("GoalUpdater", _plan("{updated_goal}"), input_goal="{goal}", output_goal="{updated_goal}")
+    short = node("TruncatePath", distance="1.0", input_path="{path}", output_path="{truncated_path}")
+    following = node("KeepRunningUntilFailure", _follow("{truncated_path}"))
+    return _pipeline(_at("1.0", node("Sequence", plan, short)), following)
+
+
 _SPEEDS = {"min_rate": "0.1", "max_rate": "1.0", "min_speed": "0.0", "max_speed": "0.26"}
 
 
@@ -208,6 +218,7 @@ def _all(version: Version) -> dict[str, Spec]:
         "navigate_w_replanning_speed": _pipeline(node("SpeedController", _plan(), **_SPEEDS), _follow()),
         "navigate_w_replanning_time": _pipeline(_at("1.0", _plan()), _follow()),
         "navigate_to_pose_w_bounds_check": _bounds(),
+        FOLLOW_POINT: _point(),
     }
 
 

@@ -255,6 +255,17 @@ class GoalUpdatedController(Decorator):
         return self.child.execute() if updated or self.child.status is Status.RUNNING else self.status
 
 
+class GoalUpdater(Decorator):
+    """Hands the goals on and asks its child (goal_updater_node.cpp). Nobody publishes others: a new one comes to the navigator."""
+
+    PORTS: ClassVar[Ports] = {"input_goal": VALUE, "input_goals": VALUE, "output_goal": VALUE, "output_goals": VALUE}
+
+    def tick(self) -> Status:
+        self.give("output_goal", self.value("input_goal"))
+        self.give("output_goals", self.value("input_goals"))
+        return self.child.execute()
+
+
 class SingleTrigger(Decorator):
     """Asks its child until it ends, then fails (single_trigger_node.cpp)."""
 
@@ -310,6 +321,7 @@ NAV2_FLOW: dict[str, type[Node]] = {
         DistanceController,
         SpeedController,
         GoalUpdatedController,
+        GoalUpdater,
         SingleTrigger,
         PathLongerOnApproach,
     )

@@ -46,7 +46,6 @@ MISSING: dict[str, str] = {
     "UndockRobot": "nothing: there are no docks",
     "AssistedTeleop": "Wait",
     "CancelAssistedTeleop": "CancelWait",
-    "GoalUpdater": "nothing: take its child, a new goal comes to the navigator itself",
     "Parallel": "NonblockingSequence",
     "ParallelAll": "NonblockingSequence",
     "AsyncSequence": "Sequence",
