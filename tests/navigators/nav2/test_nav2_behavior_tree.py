@@ -311,6 +311,66 @@ def test_every_shipped_tree_reaches_a_goal_that_nothing_hinders(name, version):
     assert F not in answers[: answers.index(S)]
 
 
+def test_poses_of_paths_and_of_the_robot_and_paths_joined():
+    world, path = World(), np.arange(12.0).reshape(4, 3)
+    world.pose = np.array((1.0, 2.0, 0.5))
+    for index, answer in (("0", 0), ("-1", 3), ("3", 3), ("-4", 0), ("4", None), ("-5", None)):
+        taken = tree(f"<GetPoseFromPath path='{{path}}' index='{index}' pose='{{pose}}'/>", world, path=path)
+        assert taken.execute() is (F if answer is None else S)
+        assert answer is None or np.array_equal(taken.board.get("pose"), path[answer])
+    assert tree("<GetPoseFromPath path='{path}' pose='{pose}'/>", world, path=path[:0]).execute() is F
+    here = tree("<GetCurrentPose current_pose='{here}'/>", world)
+    assert here.execute() is S
+    assert np.array_equal(here.board.get("here"), world.pose)
+    joined = tree("<ConcatenatePaths input_path1='{a}' input_path2='{b}' output_path='{a}'/>", world, a=path, b=path)
+    assert joined.execute() is S
+    assert np.array_equal(joined.board.get("a"), np.vstack((path, path)))  # the pose where they meet stays twice
+    joined.board.set("a", None)
+    joined.execute()
+    assert np.array_equal(joined.board.get("a"), path)
+    joined.board.set("b", path[:0])
+    joined.board.set("a", path[:0])
+    assert joined.execute() is F
+
+
+@pytest.mark.parametrize(("tolerance", "answer"), [("0.5", S), ("-0.5", S), ("0.49", F)])
+def test_poses_are_near_each_other_up_to_the_tolerance(tolerance, answer):
+    near = f"<ArePosesNear ref_pose='{{a}}' target_pose='{{b}}' tolerance='{tolerance}'/>"
+    assert tree(near, World(), a=np.zeros(3), b=np.array((0.3, 0.4, 3.0))).execute() is answer
+    assert tree(near, World(), a=np.zeros(3)).execute() is F
+
+
+def test_goals_are_appended_removed_when_passed_and_taken_from_the_front():
+    world = World()
+    goals = np.array(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (4.0, 0.0, 0.0)))
+    more = tree(
+        "<AppendGoalPoseToGoals input_goals='{goals}' goal_pose='{goal}' output_goals='{goals}'/>",
+        world,
+        goals=goals[:2],
+        goal=goals[2],
+    )
+    assert more.execute() is S
+    assert np.array_equal(more.board.get("goals"), goals)
+    passed = tree("<RemovePassedGoals input_goals='{goals}' output_goals='{left}' radius='1.0'/>", world, goals=goals)
+    assert passed.execute() is S
+    assert np.array_equal(passed.board.get("left"), goals[2:])
+    world.pose = np.array((1.5, 0.0, 0.0))  # the second is near, but the first isn't passed
+    passed.execute()
+    assert np.array_equal(passed.board.get("left"), goals)
+    passed.board.set("goals", goals[:1])
+    world.pose = np.zeros(3)
+    passed.execute()
+    assert np.array_equal(passed.board.get("left"), goals[:1])  # the last stays
+    few = tree("<GetNextFewGoals input_goals='{goals}' num_goals='2' output_goals='{few}'/>", world, goals=goals)
+    assert few.execute() is S
+    assert np.array_equal(few.board.get("few"), goals[:2])
+    few.board.set("goals", goals[2:])
+    few.execute()
+    assert np.array_equal(few.board.get("few"), goals[2:])
+    few.board.set("goals", goals[:0])
+    assert few.execute() is F
+
+
 def test_a_goal_updater_hands_its_goal_on_at_each_tick():
     world = World(wait=[R])
     root = tree(
@@ -360,6 +420,8 @@ def test_the_tree_that_follows_a_point_plans_at_1_hz_and_never_arrives(version):
             "<SpeedController min_speed='0.5'><Spin/></SpeedController>",
             ["SpeedController", "min_speed and max_speed are both 0.5"],
         ),
+        ("<GetNextFewGoals/>", ["num_goals is missing", 'num_goals="2"']),
+        ("<GetNextFewGoals num_goals='0'/>", ["num_goals is 0; it is to be 1 or more"]),
         ("<ValidatePath footprint='[[0.1, 0.2]]'/>", ["footprint", "it is to be an outline such as"]),
         ("<Spin/><Wait/>", ["2 outermost nodes"]),
         ("<Inverter>" * 40 + "<Spin/>" + "</Inverter>" * 40, ["deeper"]),
@@ -375,21 +437,15 @@ def test_what_a_tree_may_not_hold_is_one_clear_error(body, words):
 @pytest.mark.parametrize(
     "kind",
     [
-        "AppendGoalPoseToGoals",
-        "ArePosesNear",
         "CancelAssistedTeleop",
         "CancelComputeAndTrackRoute",
         "CancelFollowObject",
         "CheckPoseOccupancy",
         "CheckStopStatus",
         "ClearCostmapAroundPose",
-        "ConcatenatePaths",
         "DockRobot",
         "ExtractRouteNodesAsGoals",
         "FollowObject",
-        "GetCurrentPose",
-        "GetNextFewGoals",
-        "GetPoseFromPath",
         "NavigateToPose",
         "PauseResumeController",
         "RemoveInCollisionGoals",

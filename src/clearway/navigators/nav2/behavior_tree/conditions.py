@@ -62,6 +62,23 @@ class GoalReached(Node):
         return _said(goal is not None and math.hypot(goal[0] - pose[0], goal[1] - pose[1]) <= near)
 
 
+class ArePosesNear(Node):
+    """Whether two poses are near each other (are_poses_near_condition.cpp)."""
+
+    PORTS: ClassVar[Ports] = {
+        "ref_pose": VALUE,
+        "target_pose": VALUE,
+        "tolerance": Port(NUMBER, 0.5),
+        "global_frame": IGNORED,
+    }
+
+    def tick(self) -> Status:
+        one, other = self.value("ref_pose"), self.value("target_pose")
+        if one is None or other is None:
+            return Status.FAILURE
+        return _said(math.hypot(one[0] - other[0], one[1] - other[1]) <= abs(self.value("tolerance")))
+
+
 class IsGoalNearby(Node):
     """Whether what is left of the path is short (is_goal_nearby_condition.cpp)."""
 
@@ -198,6 +215,7 @@ CONDITIONS: dict[str, type[Node]] = {
         GoalUpdated,
         GlobalUpdatedGoal,
         GoalReached,
+        ArePosesNear,
         IsGoalNearby,
         PathExpiringTimer,
         TimeExpired,

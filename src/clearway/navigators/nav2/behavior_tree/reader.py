@@ -15,11 +15,14 @@ from clearway.navigators.nav2.behavior_tree.conditions import CONDITIONS
 from clearway.navigators.nav2.behavior_tree.flow import FLOW, SubTree
 from clearway.navigators.nav2.behavior_tree.nav2_flow import NAV2_FLOW
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Control, Decorator, Key, Node, TreeError
+from clearway.navigators.nav2.behavior_tree.poses import POSES
 from clearway.navigators.nav2.behavior_tree.servers import Servers
 from clearway.reading import limits
 from clearway.reading.bounded import read_bytes
 
-KINDS: dict[str, type[Node]] = FLOW | NAV2_FLOW | CONDITIONS | ACTIONS | {"IsPathValid": ACTIONS["ValidatePath"]}
+KINDS: dict[str, type[Node]] = (
+    FLOW | NAV2_FLOW | CONDITIONS | ACTIONS | POSES | {"IsPathValid": ACTIONS["ValidatePath"]}
+)
 """Types of nodes by their names in XML; IsPathValid is jazzy's name."""
 
 MISSING: dict[str, str] = {
@@ -27,17 +30,10 @@ MISSING: dict[str, str] = {
     "ComputePathThroughPoses": "ComputePathToPose",
     "NavigateToPose": "ComputePathToPose and FollowPath",
     "NavigateThroughPoses": "ComputePathToPose and FollowPath",
-    "RemovePassedGoals": "nothing: a leg has one goal",
     "RemoveInCollisionGoals": "nothing: a leg has one goal",
-    "AppendGoalPoseToGoals": "nothing: a leg has one goal",
     "ExtractRouteNodesAsGoals": "nothing: a leg has one goal",
-    "GetNextFewGoals": "nothing: a leg has one goal",
-    "GetPoseFromPath": "nothing: no node takes a pose of a path",
-    "GetCurrentPose": "nothing: each node knows where the robot is",
-    "ConcatenatePaths": "nothing: one path is followed at a time",
     "CheckPoseOccupancy": "ValidatePath",
     "CheckStopStatus": "Wait",
-    "ArePosesNear": "GoalReached",
     "ClearCostmapAroundPose": "ClearCostmapAroundRobot",
     "PauseResumeController": "nothing: take its child, nobody pauses the robot",
     "FollowObject": "FollowPath",
