@@ -7,6 +7,7 @@ import pytest
 
 from clearway.errors import ClearwayError
 from clearway.navigators.nav2.behavior_tree import defaults
+from clearway.navigators.nav2.behavior_tree.actions import ThroughPath
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status
 from clearway.navigators.nav2.behavior_tree.reader import KINDS, build, parse_trees
 from clearway.navigators.nav2.behavior_tree.servers import Error, Job
@@ -284,6 +285,29 @@ def test_a_halted_planning_leaves_no_path():
     root.halt()
     assert world.take() == ["compute_path_to_pose", "cancel compute_path_to_pose"]
     assert len(root.board.get("path")) == 0
+
+
+def test_a_path_through_goals_is_given_and_taken_back():
+    class Through(World):
+        def step(self):
+            for job in self.jobs.values():
+                if job.running and self.answers.get("compute_path_through_poses"):
+                    job.abort(self.answers["compute_path_through_poses"].pop(0), "told to")
+                elif job.running:
+                    job.succeed(ThroughPath(job.request.goals, 0))
+
+    body = (
+        "<ComputePathThroughPoses goals='{goals}' path='{path}' last_reached_index='{last}' error_code_id='{error}'/>"
+    )
+    world, goals = Through(), np.arange(6.0).reshape(2, 3)
+    root = tree(body, world, goals=goals)
+    assert [answer for answer, _ in run(root, world, 2)] == [R, S]
+    assert np.array_equal(root.board.get("path"), goals)
+    assert (root.board.get("last"), root.board.get("error")) == (0, 0)
+    world = Through(compute_path_through_poses=[Error.THROUGH_NO_VALID_PATH])
+    root = tree(f"<Fallback>{body}<WouldAPlannerRecoveryHelp error_code='{{error}}'/></Fallback>", world, path=goals)
+    assert [answer for answer, _ in run(root, world, 2)] == [R, S]
+    assert (len(root.board.get("path")), root.board.get("last")) == (0, -1)
 
 
 def test_a_subtree_has_a_blackboard_of_its_own():

@@ -15,7 +15,7 @@ from clearway.contract import Goal, Observation, Scan, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.navigators.nav2 import Nav2
-from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest
+from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest, ThroughRequest
 from clearway.navigators.nav2.behavior_tree.servers import Error, Validity
 from clearway.navigators.nav2.behaviors import BehaviorServer
 from clearway.navigators.nav2.command_chain import CommandChain
@@ -243,17 +243,17 @@ def test_behaviours_fail_in_front_of_an_obstacle_when_late_and_on_signs_that_dif
 
 
 class Planner:
-    """Plans straight ahead, or fails as it is told."""
+    """Plans straight ahead, or fails as it is told, each time anew."""
 
-    def __init__(self, fails=None):
-        self.fails = fails
+    def __init__(self, *fails):
+        self.fails = list(fails)
 
     def reset(self):
         pass
 
     def plan(self, start, goal, view):
-        if self.fails is not None:
-            raise self.fails
+        if self.fails and (failure := self.fails.pop(0)) is not None:
+            raise failure
         return np.array((start, goal))
 
 
@@ -285,7 +285,7 @@ def test_a_path_is_planned_when_the_costmap_is_current_and_errors_have_their_cod
     server._planners = {"GridBased": Planner()}
     goal = np.array((3.0, 0.0, 0.0))
     costmap.clear((), ORIGIN, None, around=False)
-    job = server.send(PlanRequest(goal, None, ""))
+    job = server.send("compute_path_to_pose", PlanRequest(goal, None, ""))
     server.think(ORIGIN, ORIGIN)
     assert job.running
     costmap.update(ORIGIN, ORIGIN)
@@ -297,14 +297,43 @@ def test_a_path_is_planned_when_the_costmap_is_current_and_errors_have_their_cod
         (PlanRequest(goal, np.array((-9.0, 0.0, 0.0)), ""), Error.START_OUTSIDE_MAP),
         (PlanRequest(goal, None, "Other"), Error.INVALID_PLANNER),
     ):
-        job = server.send(request)
+        job = server.send("compute_path_to_pose", request)
         server.think(ORIGIN, ORIGIN)
         assert job.error is error
     for failure, error in ((NoPath("walled in"), Error.NO_VALID_PATH), (GoalOccupied("a bed"), Error.GOAL_OCCUPIED)):
         server._planners = {"GridBased": Planner(failure)}
-        job = server.send(PlanRequest(goal, None, ""))
+        job = server.send("compute_path_to_pose", PlanRequest(goal, None, ""))
         server.think(ORIGIN, ORIGIN)
         assert (job.error, job.message) == (error, str(failure))
+
+
+@pytest.mark.parametrize(
+    ("failures", "partly", "error", "length", "reached"),
+    [
+        ((), False, Error.NONE, 5, -1),
+        ((None, None, NoPath("walled in")), False, Error.THROUGH_NO_VALID_PATH, 0, -1),
+        ((None, None, NoPath("walled in")), True, Error.NONE, 3, 1),
+        ((GoalOccupied("a bed"),), True, Error.THROUGH_GOAL_OCCUPIED, 0, -1),
+    ],
+)
+def test_a_path_leads_through_goals_one_after_another(parameters, robot, failures, partly, error, length, reached):
+    costmap = Costmap("global_costmap", parameters.global_costmap, robot, floor())
+    costmap.update(ORIGIN, ORIGIN)
+    given = {**parameters.planner_server.table, "allow_partial_planning": partly}
+    server = PlannerServer(settle(type(parameters.planner_server.group), given, "planner_server", None), costmap)
+    server._planners = {"GridBased": Planner(*failures)}
+    goals = np.array(((1.0, 0.5, 0.0), (2.0, -0.5, 0.0), (3.0, 0.0, 0.0), (4.0, 0.0, 0.0)))
+    job = server.send("compute_path_through_poses", ThroughRequest(goals, None, ""))
+    alone = server.send("compute_path_to_pose", PlanRequest(goals[0], None, ""))
+    server.think(ORIGIN, ORIGIN)
+    assert job.error is error
+    assert not alone.running  # the two actions don't end each other
+    if job.succeeded:
+        assert job.result.last_reached == reached
+        assert np.array_equal(job.result.path, np.vstack((ORIGIN, goals))[:length])
+    job = server.send("compute_path_through_poses", ThroughRequest(goals[:0], None, ""))
+    server.think(ORIGIN, ORIGIN)
+    assert job.error is Error.NO_VIAPOINTS_GIVEN
 
 
 def test_a_path_is_valid_until_something_stands_on_what_is_left_of_it(parameters, robot):

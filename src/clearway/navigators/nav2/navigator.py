@@ -25,7 +25,7 @@ from clearway.navigators.common.costmaps.plans import to_frame
 from clearway.navigators.common.inputs import finite, own
 from clearway.navigators.common.rates import Rate
 from clearway.navigators.nav2.behavior_tree import defaults
-from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest
+from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest, ThroughRequest
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status, TreeError
 from clearway.navigators.nav2.behavior_tree.paths import EMPTY
 from clearway.navigators.nav2.behavior_tree.reader import Trees, build
@@ -43,6 +43,15 @@ from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import TunedOn
 
 _ORIGIN = np.zeros(3)
+_ACTIONS = (
+    "compute_path_to_pose",
+    "compute_path_through_poses",
+    "follow_path",
+    "spin",
+    "wait",
+    "backup",
+    "drive_on_heading",
+)
 
 
 class _Around:
@@ -58,8 +67,8 @@ class _Around:
     def send(self, action: str, request: Any) -> Job:
         """See `Servers`."""
         n = self._navigator
-        if isinstance(request, PlanRequest):
-            return n.planner_server.send(request)
+        if isinstance(request, PlanRequest | ThroughRequest):
+            return n.planner_server.send(action, request)
         if isinstance(request, FollowRequest):
             return n.controller_server.send(request, self.now)
         return n.behavior_server.send(action, cast("MoveRequest", request), self.now, n.pose_in(n.local_costmap))
@@ -211,8 +220,8 @@ class Nav2:
 
     def cancel(self, action: str) -> None:
         """Have an action server stop what it does."""
-        if action == "compute_path_to_pose":
-            self.planner_server.cancel()
+        if action in ("compute_path_to_pose", "compute_path_through_poses"):
+            self.planner_server.cancel(action)
         elif action == "follow_path":
             self.controller_server.cancel()
         elif self.behavior_server.cancel(action) and action != "wait":
@@ -267,7 +276,7 @@ class Nav2:
         """The goal is done with, one way or the other."""
         self._tree.halt()
         self._tree.status = Status.IDLE
-        for action in ("compute_path_to_pose", "follow_path", "spin", "wait", "backup", "drive_on_heading"):
+        for action in _ACTIONS:
             self.cancel(action)
         self._said = STILL
         self._active = False

@@ -8,6 +8,7 @@ include/nav2_planner/is_path_valid_service.hpp.
 from __future__ import annotations
 
 import math
+from typing import cast
 
 import numpy as np
 
@@ -16,15 +17,35 @@ from clearway.geometry.frames import relative
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Scene, footprint_cost, make_scene, row_col
 from clearway.navigators.common.costmaps.layers import FREE, INSCRIBED, LETHAL, UNKNOWN
-from clearway.navigators.nav2.behavior_tree.actions import PlanRequest
-from clearway.navigators.nav2.behavior_tree.paths import first_after, moved
+from clearway.navigators.nav2.behavior_tree.actions import PlanRequest, ThroughPath, ThroughRequest
+from clearway.navigators.nav2.behavior_tree.paths import EMPTY, first_after, moved
 from clearway.navigators.nav2.behavior_tree.servers import Error, Job, Validity
 from clearway.navigators.nav2.costmaps.costmap import Costmap
+from clearway.navigators.nav2.parameters import servers as parameters
 from clearway.navigators.nav2.parameters.branch import Branch
 from clearway.navigators.nav2.plugins import make_planner
 from clearway.navigators.nav2.seams import CostView, GoalOccupied, NoPath, Planner, StartOccupied
 
 _ORIGIN = np.zeros(3)
+
+
+class _Failed(Exception):
+    """No path, for a reason that has a code."""
+
+    def __init__(self, error: Error, why: str) -> None:
+        super().__init__(why)
+        self.error = error
+
+
+_THROUGH = {
+    Error.INVALID_PLANNER: Error.THROUGH_INVALID_PLANNER,
+    Error.START_OUTSIDE_MAP: Error.THROUGH_START_OUTSIDE_MAP,
+    Error.GOAL_OUTSIDE_MAP: Error.THROUGH_GOAL_OUTSIDE_MAP,
+    Error.START_OCCUPIED: Error.THROUGH_START_OCCUPIED,
+    Error.GOAL_OCCUPIED: Error.THROUGH_GOAL_OCCUPIED,
+    Error.NO_VALID_PATH: Error.THROUGH_NO_VALID_PATH,
+}
+"""Codes of a path to one goal, and those of a path through several."""
 
 
 class PlannerServer:
@@ -36,20 +57,21 @@ class PlannerServer:
     """
 
     def __init__(self, branch: Branch, costmap: Costmap) -> None:
+        self._partly = cast("parameters.PlannerServer", branch.group).allow_partial_planning
         self._planners: dict[str, Planner] = {name: make_planner(child) for name, child in branch.children.items()}
         for planner in self._planners.values():
             planner.reset()
         self._costmap = costmap
-        self._job: Job | None = None
+        self._jobs: dict[str, Job] = {}
 
-    def send(self, request: PlanRequest) -> Job:
-        """Have a path planned."""
-        self._job = Job(request)
-        return self._job
+    def send(self, action: str, request: PlanRequest | ThroughRequest) -> Job:
+        """Have a path planned; each of the two actions has its own."""
+        job = self._jobs[action] = Job(request)
+        return job
 
-    def cancel(self) -> None:
+    def cancel(self, action: str) -> None:
         """Don't."""
-        self._job = None
+        self._jobs.pop(action, None)
 
     def think(self, pose: FloatArray, frame: FloatArray) -> None:
         """Plan, if something is to be planned and the costmap is current.
@@ -58,33 +80,64 @@ class PlannerServer:
             pose: (3,) of the robot in the costmap's frame.
             frame: (3,) pose of the costmap's frame in the map.
         """
-        job = self._job
-        if job is None or not self._costmap.current:
+        if not self._costmap.current:
             return
-        self._job = None
-        request: PlanRequest = job.request
-        planner = self._planners.get(request.planner)
-        if planner is None and not request.planner and len(self._planners) == 1:
+        jobs, self._jobs = self._jobs, {}
+        for job in jobs.values():
+            request: PlanRequest | ThroughRequest = job.request
+            start = pose if request.start is None else relative(frame, request.start)
+            try:
+                if isinstance(request, PlanRequest):
+                    job.succeed(moved(self._plan(request.planner, start, relative(frame, request.goal)), frame))
+                else:
+                    found = self._through(request, start, frame)
+                    job.succeed(found._replace(path=moved(found.path, frame)))
+            except _Failed as failure:
+                job.abort(failure.error, str(failure))
+
+    def _plan(self, name: str, start: FloatArray, goal: FloatArray) -> FloatArray:
+        """A path from one pose to another, all in the costmap's frame.
+
+        Raises:
+            _Failed: there is none.
+        """
+        planner = self._planners.get(name)
+        if planner is None and not name and len(self._planners) == 1:
             planner = next(iter(self._planners.values()))
         if planner is None:
-            job.abort(Error.INVALID_PLANNER, f"there is no planner {request.planner!r}")
-            return
-        start = pose if request.start is None else relative(frame, request.start)
-        goal, view = relative(frame, request.goal), self._costmap.view()
+            raise _Failed(Error.INVALID_PLANNER, f"there is no planner {name!r}")
+        view = self._costmap.view()
         for place, error in ((start, Error.START_OUTSIDE_MAP), (goal, Error.GOAL_OUTSIDE_MAP)):
             if self._off(place, view):
-                job.abort(error, f"({place[0]:.2f}, {place[1]:.2f}) is off the global costmap")
-                return
+                raise _Failed(error, f"({place[0]:.2f}, {place[1]:.2f}) is off the global costmap")
         try:
             path = planner.plan(start, goal, view)
         except NoPath as failure:
             codes = {StartOccupied: Error.START_OCCUPIED, GoalOccupied: Error.GOAL_OCCUPIED}
-            job.abort(codes.get(type(failure), Error.NO_VALID_PATH), str(failure))
-            return
-        if len(path):
-            job.succeed(moved(path, frame))
-        else:
-            job.abort(Error.NO_VALID_PATH, "the planner found an empty path")
+            raise _Failed(codes.get(type(failure), Error.NO_VALID_PATH), str(failure)) from failure
+        if not len(path):
+            raise _Failed(Error.NO_VALID_PATH, "the planner found an empty path")
+        return path
+
+    def _through(self, request: ThroughRequest, start: FloatArray, frame: FloatArray) -> ThroughPath:
+        """A path through several goals (computePlanThroughPoses), each part from where the one before ends.
+
+        Raises:
+            _Failed: there is none; with `allow_partial_planning`, not even to the first.
+        """
+        if not len(request.goals):
+            raise _Failed(Error.NO_VIAPOINTS_GIVEN, "no goals are given")
+        path, reached = EMPTY, -1
+        for i, goal in enumerate(request.goals):
+            try:
+                part = self._plan(request.planner, path[-1] if i else start, relative(frame, goal))
+            except _Failed as failure:
+                if i == 0 or not self._partly:
+                    raise _Failed(_THROUGH[failure.error], str(failure)) from failure
+                break
+            path = np.concatenate((path, part[1:])) if i else part
+            reached = i if i < len(request.goals) - 1 else -1
+        return ThroughPath(path, reached)
 
     @staticmethod
     def _off(place: FloatArray, view: CostView) -> bool:

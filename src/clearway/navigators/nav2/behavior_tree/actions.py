@@ -43,6 +43,32 @@ class PlanRequest(NamedTuple):
     planner: str
 
 
+class ThroughRequest(NamedTuple):
+    """A goal of the planner server (nav2_msgs/action/ComputePathThroughPoses).
+
+    Attributes:
+        goals: (n, 3) in the map, one after another.
+        start: (3,) in the map, or None: where the robot is.
+        planner: Name of the plug-in; empty: the only one.
+    """
+
+    goals: FloatArray
+    start: FloatArray | None
+    planner: str
+
+
+class ThroughPath(NamedTuple):
+    """What a planner server gives for that.
+
+    Attributes:
+        path: (n, 3) in the map.
+        last_reached: Index of the goal at its end; -1: it leads through all.
+    """
+
+    path: FloatArray
+    last_reached: int
+
+
 class FollowRequest(NamedTuple):
     """A goal of the controller server (nav2_msgs/action/FollowPath). An empty name is the only plug-in's of its kind.
 
@@ -149,6 +175,32 @@ class ComputePathToPose(ActionClient):
     def halt(self) -> None:
         self.give("path", EMPTY)
         super().halt()
+
+
+class ComputePathThroughPoses(ActionClient):
+    """Has a path planned through several goals (compute_path_through_poses_action.cpp)."""
+
+    PORTS: ClassVar[Ports] = (
+        {"goals": VALUE, "start": VALUE, "planner_id": Port(TEXT, ""), "path": VALUE, "last_reached_index": VALUE}
+        | RESULT
+        | ROS
+    )
+    ACTION = "compute_path_through_poses"
+
+    def request(self) -> ThroughRequest:
+        goals = self.value("goals")
+        return ThroughRequest(EMPTY if goals is None else goals, self.value("start"), self.value("planner_id"))
+
+    def ended(self, job: Job) -> None:
+        self._give(job.result if job.succeeded and job.result is not None else ThroughPath(EMPTY, -1))
+
+    def halt(self) -> None:
+        self._give(ThroughPath(EMPTY, -1))
+        super().halt()
+
+    def _give(self, found: ThroughPath) -> None:
+        self.give("path", found.path)
+        self.give("last_reached_index", found.last_reached)
 
 
 class FollowPath(ActionClient):
@@ -422,6 +474,7 @@ ACTIONS: dict[str, type[Node]] = {
     kind.__name__: kind
     for kind in (
         ComputePathToPose,
+        ComputePathThroughPoses,
         FollowPath,
         Spin,
         Wait,

@@ -206,7 +206,16 @@ class WouldAControllerRecoveryHelp(AreErrorCodesPresent):
 class WouldAPlannerRecoveryHelp(AreErrorCodesPresent):
     """Whether the planner's error is one that recovery may cure, whatever `error_codes_to_check` says."""
 
-    CODES = frozenset({Error.PLANNER_UNKNOWN, Error.NO_VALID_PATH, Error.PLANNER_TIMEOUT})
+    CODES = frozenset(
+        {
+            Error.PLANNER_UNKNOWN,
+            Error.NO_VALID_PATH,
+            Error.PLANNER_TIMEOUT,
+            Error.THROUGH_UNKNOWN,
+            Error.THROUGH_NO_VALID_PATH,
+            Error.THROUGH_TIMEOUT,
+        }
+    )
 
 
 CONDITIONS: dict[str, type[Node]] = {

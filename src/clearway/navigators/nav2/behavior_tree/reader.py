@@ -27,7 +27,6 @@ KINDS: dict[str, type[Node]] = (
 
 MISSING: dict[str, str] = {
     "SmoothPath": "nothing: take it out, planners smooth their paths themselves where they do (Smac)",
-    "ComputePathThroughPoses": "ComputePathToPose",
     "NavigateToPose": "ComputePathToPose and FollowPath",
     "NavigateThroughPoses": "ComputePathToPose and FollowPath",
     "RemoveInCollisionGoals": "nothing: a leg has one goal",

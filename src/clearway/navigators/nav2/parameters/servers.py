@@ -87,9 +87,12 @@ class PlannerServer(Group):
     """`planner_server` (nav2_planner/src/parameter_handler.cpp)."""
 
     planner_plugins: tuple[str, ...] = Field(default=tuple(PLANNER), description="names of planners")
+    allow_partial_planning: bool = Field(
+        default=False,
+        description="whether a path through several goals may end at one before the last, if it leads no further",
+    )
 
     IGNORED: ClassVar[dict[str, str]] = {
-        "allow_partial_planning": "a robot is given one goal at a time here",
         "expected_planner_frequency": "only warns when planning takes longer",
         "costmap_update_timeout": "the global costmap is never late",
     }
