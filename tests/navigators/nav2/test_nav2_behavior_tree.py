@@ -426,7 +426,7 @@ def test_the_tree_that_follows_a_point_plans_at_1_hz_and_never_arrives(version):
     ("body", "words"),
     [
         ("<Spinn/>", ["unknown node type 'Spinn'", "did you mean 'Spin'"]),
-        ("<SmoothPath/>", ["'SmoothPath'", "not built", "closest"]),
+        ("<ComputeAndTrackRoute/>", ["'ComputeAndTrackRoute'", "not built", "closest"]),
         ("<Spin spin_dst='1'/>", ["unknown attribute 'spin_dst'", "spin_dist"]),
         ("<Spin spin_dist='far'/>", ["'far'", "a number"]),
         ("<Spin spin_dist='nan'/>", ["'nan'", "a number"]),

@@ -18,7 +18,7 @@ from clearway.navigators.nav2.parameters.branch import settle
 from clearway.navigators.nav2.parameters.costmaps import Costmap
 from clearway.navigators.nav2.parameters.file import read_nodes
 from clearway.navigators.nav2.parameters.group import Group, Readers
-from clearway.navigators.nav2.parameters.nav2_parameters import SERVERS, reader_of, tables_of
+from clearway.navigators.nav2.parameters.nav2_parameters import ALL, reader_of, tables_of
 from clearway.navigators.nav2.parameters.table import rows_of, table
 from clearway.navigators.nav2.presets import preset_for, preset_names, read_preset
 from clearway.quantities import Finite, Positive, Whole
@@ -407,7 +407,7 @@ def test_every_plugin_has_its_group() -> None:
     for role, known in plugins.PLUGINS.items():
         for name in known:
             assert issubclass(plugins.group_of(role, name, "plugin"), Group)
-    assert all(issubclass(reader_of(server), Group) for server in SERVERS)
+    assert all(issubclass(reader_of(server), Group) for server in ALL)
 
 
 @pytest.mark.parametrize(
@@ -427,6 +427,41 @@ def test_the_table_says_of_the_tree_what_driving_would(tmp_path: Path, tree: str
     assert told == {"bt_loop_duration"} | (set() if said else {"default_nav_to_pose_bt_xml"})
     assert len(found.problems) == (0 if said is None else 1)
     assert said is None or re.search(said, str(found.problems[0]))
+
+
+@pytest.mark.parametrize("asks", [False, True])
+def test_a_server_is_read_where_the_tree_asks_for_it_and_else_ignored(tmp_path: Path, asks: bool) -> None:
+    node = "<SmoothPath smoother_id='mine'/>" if asks else "<Spin/>"
+    (tmp_path / "mine.xml").write_text(
+        "<root main_tree_to_execute='A'><BehaviorTree ID='A'><SubTree ID='B'/></BehaviorTree>"
+        f"<BehaviorTree ID='B'>{node}</BehaviorTree><BehaviorTree ID='C'><SmoothPath/></BehaviorTree></root>"
+    )
+    text = (
+        "bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: mine.xml}}\n"
+        "smoother_server: {ros__parameters: {smoother_plugins: [mine, other], costmap_topic: a, plugins: [b], "
+        "mine: {plugin: 'nav2_smoother::SimpleSmoother', max_its: 9, maxits: 8}, "
+        "other: {plugin: 'nav2_constrained_smoother/ConstrainedSmoother', w_curve: 30.0}}}\n"
+    )
+    path = written(tmp_path, text)
+    found = table(path)
+    rows = {row.name: row.status for row in found.rows if row.name.startswith("smoother_server")}
+    if not asks:
+        assert rows == {"smoother_server": "ignored"}
+        assert found.problems == ()
+        assert Nav2(str(path)).read_parameters(load_robot("hosbot")).smoother_server is None
+        return
+    assert rows == {
+        "smoother_server.smoother_plugins": "read",
+        "smoother_server.costmap_topic": "ignored",
+        "smoother_server.plugins": "unknown",
+        "smoother_server.mine.plugin": "read",
+        "smoother_server.mine.max_its": "read",
+        "smoother_server.mine.maxits": "unknown",
+        "smoother_server.other": "missing",
+    }
+    assert "closest is nav2_smoother::SimpleSmoother" in str(found.problems[0])
+    with pytest.raises(ClearwayError, match="closest is nav2_smoother::SimpleSmoother"):
+        Nav2(str(path)).read_parameters(load_robot("hosbot"))
 
 
 def test_what_nav2s_helpers_read_of_every_node_is_known(tmp_path: Path) -> None:
@@ -515,6 +550,7 @@ def test_what_a_robots_file_says_is_put_into_its_preset():
         ({"costmap": {}}, "unknown server of Nav2", "costmap"),
         ({"global_costmap": 3}, "is 3; must be a table", "global_costmap"),
         ({"global_costmap": {"width": 60.0}}, "ROS takes an integer", "global_costmap.width"),
+        ({"smoother_server": {}}, "the behaviour tree doesn't ask for this server", "smoother_server"),
         ({"global_costmap": {"widht": 60}}, "nothing reads it: .*'width'", "global_costmap.widht"),
     ],
 )

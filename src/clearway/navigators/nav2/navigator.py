@@ -28,7 +28,8 @@ from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest, ThroughRequest
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status, TreeError
 from clearway.navigators.nav2.behavior_tree.paths import EMPTY
-from clearway.navigators.nav2.behavior_tree.reader import Trees, build
+from clearway.navigators.nav2.behavior_tree.reader import Trees, asked, build
+from clearway.navigators.nav2.behavior_tree.routes import SmoothRequest
 from clearway.navigators.nav2.behavior_tree.servers import Job, Validity
 from clearway.navigators.nav2.behaviors import STILL, BehaviorServer
 from clearway.navigators.nav2.command_chain import CommandChain
@@ -39,6 +40,7 @@ from clearway.navigators.nav2.parameters import servers as parameters
 from clearway.navigators.nav2.parameters.table import read_own
 from clearway.navigators.nav2.planner_server import PlannerServer
 from clearway.navigators.nav2.seams import Velocity
+from clearway.navigators.nav2.smoother_server import SmootherServer
 from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import TunedOn
 
@@ -46,12 +48,15 @@ _ORIGIN = np.zeros(3)
 _ACTIONS = (
     "compute_path_to_pose",
     "compute_path_through_poses",
+    "smooth_path",
     "follow_path",
     "spin",
     "wait",
     "backup",
     "drive_on_heading",
 )
+_TOLD = ("follow_path", "compute_path", "compute_route", "smoother")
+"""Whose errors tell why a goal failed, by the names that Nav2's trees have for them."""
 
 
 class _Around:
@@ -69,6 +74,9 @@ class _Around:
         n = self._navigator
         if isinstance(request, PlanRequest | ThroughRequest):
             return n.planner_server.send(action, request)
+        if isinstance(request, SmoothRequest):
+            assert n.smoother_server is not None  # it is there for every tree that asks
+            return n.smoother_server.send(request)
         if isinstance(request, FollowRequest):
             return n.controller_server.send(request, self.now)
         return n.behavior_server.send(action, cast("MoveRequest", request), self.now, n.pose_in(n.local_costmap))
@@ -120,8 +128,7 @@ class Nav2:
             ClearwayError: One of them is wrong, or its behaviour tree is.
         """
         found = read_own(robot, mapped=mapped) if self._params is None else read(self._params, robot, mapped=mapped)
-        self._trees(found)
-        return found
+        return found.for_tree(asked(self._trees(found)))
 
     def check_without_map(self, robot: Robot) -> None:
         """
@@ -149,6 +156,7 @@ class Nav2:
         self.controller_server = ControllerServer(p.controller_server, rng, task.speed_limit)
         self.planner_server = PlannerServer(p.planner_server, self.global_costmap)
         self.behavior_server = BehaviorServer(p.behavior_server)
+        self.smoother_server = None if (q := p.smoother_server) is None else SmootherServer(q, self.global_costmap)
         navigator = cast("parameters.BtNavigator", p.bt_navigator.group)
         self._tick_rate = Rate(1000.0 / navigator.bt_loop_duration)
         self._filter = navigator.filter_duration
@@ -191,8 +199,15 @@ class Nav2:
             self._said = self._said if command is None else command
         command = self._chain.hand_on(o.t, self._said, velocity, o.scan, local.footprint)
         self._command = self._command if command is None else command
-        self.planner_server.think(self.pose_in(self.global_costmap), self.frame_of(self.global_costmap))
+        self._think()
         return self._decided()
+
+    def _think(self) -> None:
+        """What in Nav2 has threads of its own: whoever asked has the answer one period later."""
+        frame = self.frame_of(self.global_costmap)
+        self.planner_server.think(self.pose_in(self.global_costmap), frame)
+        if self.smoother_server is not None:
+            self.smoother_server.think(frame)
 
     def _decided(self) -> Command:
         v, omega, v_y = possible(self._limits, self._command.v_x, self._command.omega, self._command.v_y)
@@ -222,6 +237,9 @@ class Nav2:
         """Have an action server stop what it does."""
         if action in ("compute_path_to_pose", "compute_path_through_poses"):
             self.planner_server.cancel(action)
+        elif action == "smooth_path":
+            if self.smoother_server is not None:
+                self.smoother_server.cancel()
         elif action == "follow_path":
             self.controller_server.cancel()
         elif self.behavior_server.cancel(action) and action != "wait":
@@ -268,7 +286,7 @@ class Nav2:
         if answer is Status.SUCCESS:
             self._end()
         elif answer is not Status.RUNNING:
-            reasons = [self._board.get(f"{what}_error_msg") for what in ("follow_path", "compute_path")]
+            reasons = [self._board.get(f"{what}_error_msg") for what in _TOLD]
             why = "; ".join(reason for reason in reasons if reason) or "the behaviour tree failed"
             self._end(gave_up=f"Goal failed: {why}")
 

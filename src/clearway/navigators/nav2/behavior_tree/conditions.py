@@ -218,6 +218,19 @@ class WouldAPlannerRecoveryHelp(AreErrorCodesPresent):
     )
 
 
+class WouldASmootherRecoveryHelp(AreErrorCodesPresent):
+    """Whether the smoother's error is one that recovery may cure, whatever `error_codes_to_check` says."""
+
+    CODES = frozenset(
+        {
+            Error.SMOOTHER_UNKNOWN,
+            Error.SMOOTHER_TIMEOUT,
+            Error.FAILED_TO_SMOOTH_PATH,
+            Error.SMOOTHED_PATH_IN_COLLISION,
+        }
+    )
+
+
 CONDITIONS: dict[str, type[Node]] = {
     kind.__name__: kind
     for kind in (
@@ -233,5 +246,6 @@ CONDITIONS: dict[str, type[Node]] = {
         AreErrorCodesPresent,
         WouldAControllerRecoveryHelp,
         WouldAPlannerRecoveryHelp,
+        WouldASmootherRecoveryHelp,
     )
 }

@@ -138,12 +138,14 @@ class Node:
 
     Attributes:
         PORTS: Its attributes.
+        SERVER: The server that it asks, of those that are started only for trees which do; empty: none of these.
         status: Its state.
         name: By which messages call it.
         children: Those below it.
     """
 
     PORTS: ClassVar[Ports] = {}
+    SERVER: ClassVar[str] = ""
 
     def __init__(
         self, name: str, given: dict[str, Any], board: Blackboard, servers: Servers, children: Sequence[Node] = ()

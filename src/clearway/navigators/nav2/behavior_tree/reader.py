@@ -16,17 +16,17 @@ from clearway.navigators.nav2.behavior_tree.flow import FLOW, SubTree
 from clearway.navigators.nav2.behavior_tree.nav2_flow import NAV2_FLOW
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Control, Decorator, Key, Node, TreeError
 from clearway.navigators.nav2.behavior_tree.poses import POSES
+from clearway.navigators.nav2.behavior_tree.routes import ROUTES
 from clearway.navigators.nav2.behavior_tree.servers import Servers
 from clearway.reading import limits
 from clearway.reading.bounded import read_bytes
 
 KINDS: dict[str, type[Node]] = (
-    FLOW | NAV2_FLOW | CONDITIONS | ACTIONS | POSES | {"IsPathValid": ACTIONS["ValidatePath"]}
+    FLOW | NAV2_FLOW | CONDITIONS | ACTIONS | POSES | ROUTES | {"IsPathValid": ACTIONS["ValidatePath"]}
 )
 """Types of nodes by their names in XML; IsPathValid is jazzy's name."""
 
 MISSING: dict[str, str] = {
-    "SmoothPath": "nothing: take it out, planners smooth their paths themselves where they do (Smac)",
     "NavigateToPose": "ComputePathToPose and FollowPath",
     "NavigateThroughPoses": "ComputePathToPose and FollowPath",
     "RemoveInCollisionGoals": "nothing: a leg has one goal",
@@ -59,7 +59,6 @@ MISSING: dict[str, str] = {
     "ComputeRoute": "ComputePathToPose",
     "ComputeAndTrackRoute": "ComputePathToPose",
     "CancelComputeAndTrackRoute": "CancelControl",
-    "WouldASmootherRecoveryHelp": "WouldAPlannerRecoveryHelp",
     "WouldARouteRecoveryHelp": "WouldAPlannerRecoveryHelp",
     "PersistentSequence": "SequenceWithMemory",
     "ToggleCollisionMonitor": "AlwaysSuccess",
@@ -255,6 +254,17 @@ def _no_circle(trees: Trees, name: str, above: tuple[str, ...]) -> None:
     inside(trees.trees[name])
 
 
+def asked(trees: Trees) -> frozenset[str]:
+    """The servers that the main tree asks, of those that are started only for such a tree."""
+
+    def inside(spec: Spec) -> set[str]:
+        below = [trees.trees[spec.ports["ID"]]] if spec.kind == "SubTree" else spec.children
+        own = {KINDS[spec.kind].SERVER} if spec.kind != "SubTree" else set()
+        return own.union(*map(inside, below))
+
+    return frozenset(inside(trees.trees[trees.main]) - {""})
+
+
 def build(trees: Trees, board: Blackboard, servers: Servers, *, wrap_around: bool = False) -> Node:
     """The main tree, ready to be ticked.
 
@@ -283,4 +293,4 @@ def build(trees: Trees, board: Blackboard, servers: Servers, *, wrap_around: boo
     return made(trees.trees[trees.main], board)
 
 
-__all__ = ["KINDS", "MISSING", "Spec", "TreeError", "Trees", "build", "node", "parse_trees", "read_trees"]
+__all__ = ["KINDS", "MISSING", "Spec", "TreeError", "Trees", "asked", "build", "node", "parse_trees", "read_trees"]

@@ -13,6 +13,7 @@ class Error(IntEnum):
     """Error codes of Nav2's actions that occur here (nav2_msgs/action)."""
 
     NONE = 0
+    GOAL_REJECTED = 1
     CONTROLLER_UNKNOWN = 100
     INVALID_CONTROLLER = 101
     INVALID_PATH = 103
@@ -37,6 +38,10 @@ class Error(IntEnum):
     THROUGH_TIMEOUT = 307
     THROUGH_NO_VALID_PATH = 308
     NO_VIAPOINTS_GIVEN = 309
+    SMOOTHER_UNKNOWN = 500
+    SMOOTHER_TIMEOUT = 502
+    SMOOTHED_PATH_IN_COLLISION = 503
+    FAILED_TO_SMOOTH_PATH = 504
     SPIN_TIMEOUT = 701
     SPIN_COLLISION_AHEAD = 703
     BACKUP_TIMEOUT = 711

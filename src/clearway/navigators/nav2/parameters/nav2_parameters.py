@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +36,13 @@ OPTIONAL: dict[str, tuple[str, str]] = {
 }
 """The same of what is started only where the file has parameters for it."""
 
+ASKED: dict[str, tuple[str, str]] = {
+    "smoother_server": ("/smoother_server", f"{_PARAMETERS}.servers:SmootherServer"),
+}
+"""The same of what is started only for a behaviour tree that asks for it."""
+
+ALL = SERVERS | OPTIONAL | ASKED
+
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
@@ -52,6 +59,8 @@ class Parameters:
         global_costmap: With layers.
         velocity_smoother: None: it isn't started, as the file has nothing for it.
         collision_monitor: With polygons and sources; None: likewise.
+        smoother_server: With smoothers; None: the behaviour tree doesn't ask for it.
+        tables: What each server is given, as tables within each other.
     """
 
     source: str
@@ -64,6 +73,17 @@ class Parameters:
     global_costmap: Branch
     velocity_smoother: Branch | None = None
     collision_monitor: Branch | None = None
+    smoother_server: Branch | None = None
+    tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def for_tree(self, asked: Iterable[str]) -> Parameters:
+        """The same with those of servers that a behaviour tree asks for.
+
+        Raises:
+            ClearwayError: something in them is wrong.
+        """
+        branches = {server: _branch(server, self.tables, self.file) for server in asked}
+        return replace(self, **branches)  # type: ignore[arg-type]  # their names are fields
 
 
 def read(given: str | Path | None, robot: Robot, *, mapped: bool = True) -> Parameters:
@@ -120,8 +140,8 @@ def tables_of(nodes: tuple[Node, ...], path: Path) -> dict[str, dict[str, Any]]:
     """
     space = namespace(nodes, path)
     found: dict[str, dict[str, Any]] = {}
-    for server, (name, _) in (SERVERS | OPTIONAL).items():
-        if any(node.matches(space + name) and (server in SERVERS or node.name.endswith(name)) for node in nodes):
+    for server, (name, _) in ALL.items():
+        if any(node.matches(space + name) and (server not in OPTIONAL or node.name.endswith(name)) for node in nodes):
             found[server] = nested(merged(nodes, space + name), path)
     return found
 
@@ -132,7 +152,7 @@ def namespace(nodes: tuple[Node, ...], path: Path) -> str:
     Raises:
         ClearwayError: there are several.
     """
-    names = [name for name, _ in (SERVERS | OPTIONAL).values()]
+    names = [name for name, _ in ALL.values()]
     spaces = {
         node.name.removesuffix(name): None
         for node in nodes
@@ -149,14 +169,16 @@ def namespace(nodes: tuple[Node, ...], path: Path) -> str:
 
 def reader_of(server: str) -> type[Group]:
     """What reads the parameters of a server."""
-    module, _, name = (SERVERS | OPTIONAL)[server][1].partition(":")
+    module, _, name = ALL[server][1].partition(":")
     found: type[Group] = getattr(importlib.import_module(module), name)
     return found
 
 
 def _settled(tables: Mapping[str, Mapping[str, Any]], source: str, file: Path | None) -> Parameters:
-    branches = {
-        server: settle(reader_of(server), tables.get(server, {}), server, file)
-        for server in (*SERVERS, *(name for name in OPTIONAL if name in tables))
-    }
-    return Parameters(source=source, file=file, **branches)
+    started = (*SERVERS, *(name for name in OPTIONAL if name in tables))
+    branches = {server: _branch(server, tables, file) for server in started}
+    return Parameters(source=source, file=file, tables=tables, **branches)
+
+
+def _branch(server: str, tables: Mapping[str, Mapping[str, Any]], file: Path | None) -> Branch:
+    return settle(reader_of(server), tables.get(server, {}), server, file)

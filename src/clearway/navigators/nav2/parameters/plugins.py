@@ -59,6 +59,7 @@ PLUGINS: dict[str, dict[str, str]] = {
         "nav2_costmap_2d::InflationLayer": f"{_HERE}.parameters.costmaps:InflationLayer",
         "nav2_costmap_2d::DenoiseLayer": f"{_HERE}.parameters.costmaps:DenoiseLayer",
     },
+    "smoother": {"nav2_smoother::SimpleSmoother": f"{_HERE}.simple_smoother:SimpleSmoother"},
     "behavior": {
         "nav2_behaviors::Spin": f"{_HERE}.parameters.servers:Spin",
         "nav2_behaviors::BackUp": f"{_HERE}.parameters.servers:DriveOnHeading",
@@ -74,6 +75,8 @@ MISSING: dict[str, str] = {
     "nav2_controller::AdaptiveToleranceGoalChecker": "nav2_controller::StoppedGoalChecker",
     "nav2_graceful_controller::GracefulController": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
     "teb_local_planner::TebLocalPlannerROS": "nav2_mppi_controller::MPPIController",
+    "nav2_smoother::SavitzkyGolaySmoother": "nav2_smoother::SimpleSmoother",
+    "nav2_constrained_smoother/ConstrainedSmoother": "nav2_smoother::SimpleSmoother",
     "nav2_theta_star_planner::ThetaStarPlanner": "nav2_smac_planner::SmacPlanner2D",
     "nav2_smac_planner::SmacPlannerLattice": "nav2_smac_planner::SmacPlannerHybrid",
     "nav2_costmap_2d::RangeSensorLayer": "nav2_costmap_2d::ObstacleLayer",

@@ -20,6 +20,7 @@ GOAL = {"goal_checker": "nav2_controller::SimpleGoalChecker"}
 CONTROLLER = {"FollowPath": "nav2_mppi_controller::MPPIController"}
 HANDLER = {"PathHandler": "nav2_controller::FeasiblePathHandler"}
 PLANNER = {"GridBased": "nav2_navfn_planner::NavfnPlanner"}
+SMOOTHER = {"simple_smoother": "nav2_smoother::SimpleSmoother"}
 BEHAVIORS = {
     "spin": "nav2_behaviors::Spin",
     "backup": "nav2_behaviors::BackUp",
@@ -101,6 +102,24 @@ class PlannerServer(Group):
     def children(cls, table: dict[str, Any]) -> Readers:
         """Its planners."""
         return named("planner", table, table.get("planner_plugins", tuple(PLANNER)), "planner_plugins", PLANNER)
+
+
+class SmootherServer(Group):
+    """`smoother_server` (nav2_smoother/src/nav2_smoother.cpp)."""
+
+    smoother_plugins: tuple[str, ...] = Field(default=tuple(SMOOTHER), description="names of smoothers")
+
+    IGNORED: ClassVar[dict[str, str]] = {
+        "costmap_topic": "paths are smoothed on the global costmap",
+        "footprint_topic": "a path is checked with the global costmap's footprint",
+        "robot_base_frame": "the robot has one frame",
+        "transform_tolerance": _FRAMES,
+    }
+
+    @classmethod
+    def children(cls, table: dict[str, Any]) -> Readers:
+        """Its smoothers."""
+        return named("smoother", table, table.get("smoother_plugins", tuple(SMOOTHER)), "smoother_plugins", SMOOTHER)
 
 
 class Spin(Group):

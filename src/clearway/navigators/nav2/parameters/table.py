@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Set
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from clearway.errors import ClearwayError, shown, unknown
 from clearway.navigators.common.parameter_table import ParameterTable, Row, Status, as_written, nearest
 from clearway.navigators.nav2.behavior_tree import defaults
+from clearway.navigators.nav2.behavior_tree.reader import Trees, asked
 from clearway.navigators.nav2.parameters.branch import Branch, is_filled_in_at_launch, settle
 from clearway.navigators.nav2.parameters.file import Node, read_nodes
 from clearway.navigators.nav2.parameters.group import Group
 from clearway.navigators.nav2.parameters.ignored import AMCL, EVERYWHERE, NODES
 from clearway.navigators.nav2.parameters.nav2_parameters import (
-    OPTIONAL,
-    SERVERS,
+    ALL,
+    ASKED,
     Parameters,
     namespace,
     read,
@@ -43,8 +44,12 @@ def table(path: Path) -> ParameterTable:
     rows: list[Row] = []
     problems: list[ClearwayError] = []
     shared: dict[str, Row] = {}
-    for server, given in tables_of(nodes, path).items():
-        full = space + (SERVERS | OPTIONAL)[server][0]
+    tables = tables_of(nodes, path)
+    unasked = ASKED.keys() - _asked(tables.get("bt_navigator", {}), path)
+    for server, given in tables.items():
+        if server in unasked:
+            continue
+        full = space + ALL[server][0]
         own = {name for node in nodes if not node.wild and node.matches(full) for name in node.values}
         branch = settle(reader_of(server), given, server, path, problems)
         for row in rows_of(branch, ""):
@@ -54,7 +59,7 @@ def table(path: Path) -> ParameterTable:
                 before = shared.get(row.name)
                 if before is None or _ORDER.index(row.status) < _ORDER.index(before.status):
                     shared[row.name] = row
-        if isinstance(branch.group, BtNavigator) and (error := _wrong_tree(branch.group, path)) is not None:
+        if isinstance(branch.group, BtNavigator) and isinstance(error := _tree(branch.group, path), ClearwayError):
             problems.append(error)
             rows = [row for row in rows if row.name != f"{server}.default_nav_to_pose_bt_xml"]
     for name in [name for name in shared if any(other.startswith(f"{name}.") for other in shared)]:
@@ -62,7 +67,7 @@ def table(path: Path) -> ParameterTable:
     rows += [row._replace(name=f"{_wild_name(nodes, row.name)}.{row.name}") for row in shared.values()]
     wrong = {problem.field for problem in problems}
     rows = [row for row in rows if row.name not in wrong]
-    rows += [row for node in nodes for row in _of_other_node(node, space)]
+    rows += [row for node in nodes for row in _of_other_node(node, space, unasked)]
     return ParameterTable(str(path), ABOUT, tuple(rows), tuple(problems))
 
 
@@ -75,30 +80,41 @@ def read_own(robot: Robot, *, mapped: bool) -> Parameters:
     file, where = f"robot {robot.name}", f"navigators.{TABLE}"
     own = {server: table for server, table in robot.navigators.get(TABLE, {}).items() if server != TUNED_ON}
     for server, table in own.items():
-        if server not in SERVERS | OPTIONAL:
-            raise unknown("server of Nav2", server, SERVERS | OPTIONAL, file=file, field=f"{where}.{server}")
+        if server not in ALL:
+            raise unknown("server of Nav2", server, ALL, file=file, field=f"{where}.{server}")
         if not isinstance(table, dict):
             raise ClearwayError(f"is {shown(table)}; must be a table", file=file, field=f"{where}.{server}")
     try:
         found = read(None, robot, mapped=mapped)
+        tree = cast("BtNavigator", found.bt_navigator.group).default_nav_to_pose_bt_xml
+        found = found.for_tree(asked(defaults.named(tree, None)))
     except ClearwayError as error:
         if not own:
             raise
         raise ClearwayError(error.problem, file=file, field=f"{where}.{error.field}") from error
     for server in own:
+        if getattr(found, server) is None:
+            problem = "nothing reads it: the behaviour tree doesn't ask for this server"
+            raise ClearwayError(problem, file=file, field=f"{where}.{server}")
         for row in rows_of(getattr(found, server), f"{where}.{server}."):
             if row.status in ("missing", "unknown"):
                 raise ClearwayError(f"nothing reads it: {row.note}", file=file, field=row.name)
     return found
 
 
-def _wrong_tree(group: BtNavigator, path: Path) -> ClearwayError | None:
-    """What is wrong with the behaviour tree that a file names."""
+def _tree(group: BtNavigator, path: Path) -> Trees | ClearwayError:
+    """The behaviour tree that a file names, or what is wrong with it."""
     try:
-        defaults.named(group.default_nav_to_pose_bt_xml, path)
+        return defaults.named(group.default_nav_to_pose_bt_xml, path)
     except ClearwayError as error:
         return error
-    return None
+
+
+def _asked(table: Mapping[str, Any], path: Path) -> frozenset[str]:
+    """The servers for which the tree asks that `table`, the tree's parameters, names."""
+    group = settle(BtNavigator, table, "bt_navigator", path, []).group
+    tree = _tree(cast("BtNavigator", group), path)
+    return frozenset() if isinstance(tree, ClearwayError) else asked(tree)
 
 
 def _wild_name(nodes: tuple[Node, ...], name: str) -> str:
@@ -216,9 +232,10 @@ def _unknown(branch: Branch, name: str, value: Any, here: str, also: Iterable[st
     return Row("unknown", here, _short(value), note=nearest(name, known))
 
 
-def _of_other_node(node: Node, space: str) -> Iterator[Row]:
-    """The rows of a node that is none of those that are built, or of a wildcard that matches none of them."""
-    built = {full.rsplit("/", 1)[-1]: space + full for full, _ in (SERVERS | OPTIONAL).values()}
+def _of_other_node(node: Node, space: str, unasked: Set[str]) -> Iterator[Row]:
+    """The rows of a node that is none of those that are started, or of a wildcard that matches none of them."""
+    started = (full for server, (full, _) in ALL.items() if server not in unasked)
+    built = {full.rsplit("/", 1)[-1]: space + full for full in started}
     if any(node.matches(full) for full in built.values()):
         return
     name = node.name.rsplit("/", 1)[-1]

@@ -83,15 +83,23 @@ def smooth(path: FloatArray, cost: ByteGrid, frame: Frame, polygon: FloatArray, 
     first, end = 0, len(path) - 1
     if weights.radius > 0:
         for i in range(1, end):
-            ax, ay = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
-            bx, by = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
-            if ax * bx + ay * by < 0:
+            turns_back, turns_in_place = turns_at(path, i)
+            if turns_back:
                 _smooth_piece(path[first : i + 1], cost, frame, polygon, weights)
                 first = i
-            if abs(bx) < _EQUAL and abs(by) < _EQUAL and abs(wrap(path[i + 1, 2] - path[i, 2])) > _EQUAL:
+            if turns_in_place:
                 _smooth_piece(path[first : i + 1], cost, frame, polygon, weights)
                 first = i
     _smooth_piece(path[first:], cost, frame, polygon, weights)
+
+
+@kernel
+def turns_at(path: FloatArray, i: int) -> tuple[bool, bool]:
+    """Whether a path (n, 3) turns back at a pose between its ends, and whether it turns in place there."""
+    ax, ay = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
+    bx, by = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
+    stays = abs(bx) < _EQUAL and abs(by) < _EQUAL
+    return ax * bx + ay * by < 0, stays and abs(wrap(path[i + 1, 2] - path[i, 2])) > _EQUAL
 
 
 @kernel
@@ -121,7 +129,7 @@ def _relax(path: FloatArray, cost: ByteGrid, frame: Frame, polygon: FloatArray, 
         change = 0.0
         if rounds >= weights.rounds:
             path[:] = last
-            return False, _orient(path, weights.radius <= 0)
+            return False, orient(path, weights.radius <= 0)
         for i in range(1, len(path) - 1):
             for j in range(2):
                 before = new[i, j]
@@ -131,7 +139,7 @@ def _relax(path: FloatArray, cost: ByteGrid, frame: Frame, polygon: FloatArray, 
                 )
                 new[i, j] = moved
                 change += abs(moved - before)
-        backwards = _orient(new, weights.radius <= 0)
+        backwards = orient(new, weights.radius <= 0)
         for i in range(1, len(path) - 1):
             here = _cost(cost, frame, polygon, new[i])
             if here >= INSCRIBED and here != UNKNOWN:
@@ -151,7 +159,7 @@ def _cost(cost: ByteGrid, frame: Frame, polygon: FloatArray, pose: FloatArray) -
 
 
 @kernel
-def _orient(path: FloatArray, ahead: bool) -> bool:
+def orient(path: FloatArray, ahead: bool) -> bool:
     """Turn a piece's poses, in place, along it; whether it is driven backwards, which it never is where `ahead`."""
     towards = math.atan2(path[2, 1] - path[1, 1], path[2, 0] - path[1, 0])
     backwards = not ahead and abs(wrap(towards - path[1, 2])) > 0.5 * math.pi
