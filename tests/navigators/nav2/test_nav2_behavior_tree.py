@@ -10,6 +10,7 @@ from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.behavior_tree.actions import ThroughPath
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status
 from clearway.navigators.nav2.behavior_tree.reader import KINDS, build, parse_trees
+from clearway.navigators.nav2.behavior_tree.routes import Routed, RouteRequest
 from clearway.navigators.nav2.behavior_tree.servers import Error, Job
 
 R, S, F = Status.RUNNING, Status.SUCCESS, Status.FAILURE
@@ -50,7 +51,11 @@ class World:
             answer = self.answers.get(action, [])
             answer = answer.pop(0) if answer else S
             if answer is S:
-                job.succeed(np.array(((0.0, 0.0, 0.0), (9.0, 0.0, 0.0))) + 0.0)
+                path = np.array(
+                    ((1.0, 0.0, 0.0), (8.0, 0.0, 0.0)) if action == "compute_route" else ((0.0,) * 3, (9.0, 0.0, 0.0))
+                )
+                given = {"compute_route": Routed(path[:, :2], path), "compute_path_through_poses": ThroughPath(path, 0)}
+                job.succeed(given.get(action, path))
             elif answer is not R:
                 job.abort(answer, "told to")
 
@@ -288,26 +293,78 @@ def test_a_halted_planning_leaves_no_path():
 
 
 def test_a_path_through_goals_is_given_and_taken_back():
-    class Through(World):
-        def step(self):
-            for job in self.jobs.values():
-                if job.running and self.answers.get("compute_path_through_poses"):
-                    job.abort(self.answers["compute_path_through_poses"].pop(0), "told to")
-                elif job.running:
-                    job.succeed(ThroughPath(job.request.goals, 0))
-
     body = (
         "<ComputePathThroughPoses goals='{goals}' path='{path}' last_reached_index='{last}' error_code_id='{error}'/>"
     )
-    world, goals = Through(), np.arange(6.0).reshape(2, 3)
+    world, goals = World(), np.arange(6.0).reshape(2, 3)
     root = tree(body, world, goals=goals)
     assert [answer for answer, _ in run(root, world, 2)] == [R, S]
-    assert np.array_equal(root.board.get("path"), goals)
+    assert np.array_equal(world.jobs["compute_path_through_poses"].request.goals, goals)
+    assert np.array_equal(root.board.get("path"), ((0.0, 0.0, 0.0), (9.0, 0.0, 0.0)))
     assert (root.board.get("last"), root.board.get("error")) == (0, 0)
-    world = Through(compute_path_through_poses=[Error.THROUGH_NO_VALID_PATH])
+    world = World(compute_path_through_poses=[Error.THROUGH_NO_VALID_PATH])
     root = tree(f"<Fallback>{body}<WouldAPlannerRecoveryHelp error_code='{{error}}'/></Fallback>", world, path=goals)
     assert [answer for answer, _ in run(root, world, 2)] == [R, S]
     assert (len(root.board.get("path")), root.board.get("last")) == (0, -1)
+
+
+def test_a_route_is_asked_for_between_poses_or_nodes_and_taken_back():
+    body = "<ComputeRoute goal='{goal}' use_poses='true' route='{route}' path='{path}' error_code_id='{error}'/>"
+    world, goal = World(), np.array((9.0, 0.0, 0.0))
+    nodes = "<ExtractRouteNodesAsGoals route='{route}' goals='{goals}'/>"
+    root = tree(f"<Sequence>{body}{nodes}</Sequence>", world, goal=goal)
+    assert [answer for answer, _ in run(root, world, 2)] == [R, S]
+    assert world.jobs["compute_route"].request == RouteRequest(goal, None, 0, 0)
+    assert np.array_equal(root.board.get("path"), root.board.get("goals"))
+    assert root.board.get("error") == 0
+    world = World(compute_route=[R, Error.NO_VALID_ROUTE])
+    helps = "<WouldARouteRecoveryHelp error_code='{error}'/>"
+    root = tree(f"<Fallback>{body}{helps}</Fallback>", world, goal=goal, path=1)
+    assert [answer for answer, _ in run(root, world, 3)] == [R, R, S]
+    assert root.board.get("route") is None
+    assert len(root.board.get("path")) == 0
+    assert tree(nodes, world).execute() is F
+    world = World(compute_route=[R] * 9)
+    root = tree("<ComputeRoute start_id='3' goal_id='{last}' start='{goal}' goal='{goal}'/>", world, goal=goal, last=7)
+    root.execute()
+    assert world.jobs["compute_route"].request == RouteRequest(None, None, 3, 7)
+    root.halt()
+    assert world.take() == ["compute_route", "cancel compute_route"]
+    root = tree("<ComputeRoute start='{here}' goal='{goal}' use_start='1' use_poses='1'/>", world, goal=goal, here=goal)
+    root.execute()
+    assert world.jobs["compute_route"].request.start is goal
+
+
+def test_the_tree_on_a_route_has_it_joined_smoothed_and_followed():
+    world = World(follow_path=[R] * 40)
+    root = rooted(defaults.shipped(defaults.ON_ROUTES), world, goal=np.array((9.0, 0.0, 0.0)))
+    told = run(root, world, 30)
+    asked = [what for _, log in told for what in log]
+    assert asked[:5] == ["compute_route", "compute_path_to_pose", "compute_path_to_pose", "smooth_path", "follow_path"]
+    assert set(asked[5:]) == {"validate"}  # each tick: the recovery node resets the rate of 0.5 Hz below it
+    request = world.jobs["smooth_path"].request
+    assert np.array_equal(request.path[:, 0], (0.0, 9.0, 1.0, 8.0, 0.0, 9.0))  # to the route, along it, on from it
+    assert request.smoother == "route_smoother"
+
+
+@pytest.mark.parametrize(("goal", "answer"), [(9.0, R), (8.05, F)])
+def test_the_tree_on_a_route_fails_as_in_nav2_where_the_goal_is_at_the_routes_end(goal, answer):
+    world = World(follow_path=[R] * 40)
+    root = rooted(defaults.shipped(defaults.ON_ROUTES), world, goal=np.array((goal, 0.0, 0.0)))
+    answers = [told for told, _ in run(root, world, 5)]
+    assert (F if F in answers else R) is answer
+
+
+def test_the_tree_along_a_route_plans_through_its_next_nodes():
+    world = World(follow_path=[R] * 60)
+    root = rooted(defaults.shipped(defaults.ALONG_ROUTES), world, goal=np.array((9.0, 0.0, 0.0)))
+    told = run(root, world, 30)
+    asked = [what for _, log in told for what in log if what != "validate"]
+    assert asked[:3] == ["compute_route", "compute_path_through_poses", "follow_path"]
+    assert asked.count("compute_route") == 1
+    assert asked.count("compute_path_through_poses") == 3  # at 1 Hz
+    goals = world.jobs["compute_path_through_poses"].request.goals
+    assert np.array_equal(goals[:, 0], (8.0, 9.0))  # the node at 1 m is passed
 
 
 def test_a_subtree_has_a_blackboard_of_its_own():
@@ -330,7 +387,7 @@ def test_a_subtree_has_a_blackboard_of_its_own():
 def test_every_shipped_tree_reaches_a_goal_that_nothing_hinders(name, version):
     world = World(follow_path=[R] * 4)
     root = rooted(defaults.shipped(name, version), world, goal=np.array((9.0, 0.0, 0.0)))
-    answers = [answer for answer, _ in run(root, world, 8)]
+    answers = [answer for answer, _ in run(root, world, 12)]
     assert S in answers
     assert F not in answers[: answers.index(S)]
 
@@ -468,7 +525,6 @@ def test_what_a_tree_may_not_hold_is_one_clear_error(body, words):
         "CheckStopStatus",
         "ClearCostmapAroundPose",
         "DockRobot",
-        "ExtractRouteNodesAsGoals",
         "FollowObject",
         "NavigateToPose",
         "PauseResumeController",

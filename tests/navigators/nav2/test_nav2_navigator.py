@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from clearway.contract import Goal, Observation, Scan, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.navigators.nav2 import Nav2
+from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest, ThroughRequest
 from clearway.navigators.nav2.behavior_tree.servers import Error, Validity
 from clearway.navigators.nav2.behaviors import BehaviorServer
@@ -407,6 +409,92 @@ def test_it_stays_a_metre_from_a_point_that_it_follows_until_that_goes_on(tmp_pa
     for apart, speed in ends:
         assert apart == pytest.approx(1.0, abs=0.15)
         assert speed == pytest.approx(0.0, abs=0.05)
+
+
+ROUTES = """
+bt_navigator: {{ros__parameters: {{default_nav_to_pose_bt_xml: "/opt/ros/share/{tree}.xml"}}}}
+smoother_server:
+  ros__parameters:
+    smoother_plugins: ["route_smoother"]
+    route_smoother: {{plugin: "nav2_smoother::SimpleSmoother", refinement_num: 5, enforce_path_inversion: false}}
+route_server:
+  ros__parameters:
+    graph_filepath: rooms.geojson
+    smooth_corners: true
+    smoothing_radius: 0.3
+    edge_cost_functions: ["DistanceScorer", "CostmapScorer"]
+    DistanceScorer: {{plugin: "nav2_route::DistanceScorer"}}
+    CostmapScorer: {{plugin: "nav2_route::CostmapScorer"}}
+"""
+
+
+def graph_of(places, ways):
+    nodes = [({"id": k}, {"type": "Point", "coordinates": place}) for k, place in enumerate(places)]
+    both = [way for a, b in ways for way in ((a, b), (b, a))]
+    edges = [({"id": 100 + k, "startid": a, "endid": b}, {"type": "LineString"}) for k, (a, b) in enumerate(both)]
+    return json.dumps({"features": [{"properties": p, "geometry": g} for p, g in nodes + edges]})
+
+
+@pytest.mark.parametrize("tree", [defaults.ON_ROUTES, defaults.ALONG_ROUTES])
+def test_it_drives_along_the_routes_of_a_graph(tmp_path, robot, tree):
+    """Two ways lead past a wall that stands in the middle of the room, the shorter one through it."""
+    (tmp_path / "rooms.geojson").write_text(
+        graph_of(
+            ((0.6, -1.0), (2.5, -1.0), (4.4, -1.0), (0.6, 1.0), (4.4, 1.0)), ((0, 1), (1, 2), (0, 3), (3, 4), (4, 2))
+        )
+    )
+    file = tmp_path / "nav2.yaml"
+    file.write_text(PURSUIT.read_text() + ROUTES.format(tree=tree))
+    room = floor()
+    room.data[:40, 80:100] = 100  # over x from 2 to 3 up to y = 0
+    navigator = Nav2(params=str(file))
+    navigator.reset(Task(PERIOD, 0.6, np.zeros(3), room), robot, np.random.default_rng(0))
+    pose, v, omega, way = np.array((-0.5, -1.0, 0.0)), 0.0, 0.0, []
+    goal, scan = (
+        Goal(np.array((5.4, -0.6, 0.0)), 0.1, 0.05),
+        Scan(np.full(8, math.inf), -math.pi, math.pi / 4, 0.05, 10.0, np.zeros(3)),
+    )
+    for k in range(400):
+        command = navigator.step(Observation(PERIOD * k, pose, np.array((v, omega)), pose, goal, scan))
+        assert command.gave_up is None
+        if command.arrived:
+            break
+        v, omega = command.v, command.omega
+        pose = pose + np.array((v * math.cos(pose[2]), v * math.sin(pose[2]), omega)) * PERIOD
+        pose[2] = math.remainder(pose[2], 2 * math.pi)
+        way.append(pose[:2])
+    assert command.arrived
+    assert math.hypot(*(pose - goal.pose)[:2]) < 0.1
+    across = [y for x, y in way if 2.4 < x < 2.6]
+    if tree == defaults.ON_ROUTES:
+        assert across == pytest.approx(np.ones(len(across)), abs=0.1)  # on the edge itself
+    else:
+        assert min(across) > 0.2
+    assert {path.name for path in Nav2.files(str(file))} == {"nav2.yaml", "rooms.geojson"}
+
+
+def test_a_goal_that_no_route_leads_to_is_given_up_with_the_reason(tmp_path, robot):
+    (tmp_path / "rooms.geojson").write_text(graph_of(((0.5, 0.0), (4.5, 0.0), (3.0, 0.0)), ((1, 2),)))
+    file = tmp_path / "nav2.yaml"
+    file.write_text(PURSUIT.read_text() + ROUTES.format(tree=defaults.ON_ROUTES))
+    navigator = Nav2(params=str(file))
+    navigator.reset(Task(PERIOD, 0.6, np.zeros(3), floor()), robot, np.random.default_rng(0))
+    goal, scan = Goal(np.array((5.0, 0.0, 0.0)), 0.1, 0.05), Scan(np.full(4, 3.0), 0.0, 1.0, 0.1, 9.0, np.zeros(3))
+    told = [
+        navigator.step(Observation(PERIOD * k, np.zeros(3), np.zeros(2), np.zeros(3), goal, scan)) for k in range(40)
+    ]
+    said = next(command.gave_up for command in told if command.gave_up is not None)
+    assert said == "Goal failed: no route leads from node 0 to node 1"
+
+
+def test_a_tree_with_routes_needs_a_graph(tmp_path, robot):
+    file = tmp_path / "nav2.yaml"
+    file.write_text(PURSUIT.read_text() + ROUTES.format(tree=defaults.ON_ROUTES))
+    with pytest.raises(ClearwayError, match=r"route_server.graph_filepath: there is no file rooms\.geojson"):
+        Nav2(params=str(file)).read_parameters(robot)
+    (tmp_path / "rooms.geojson").write_text("{}")
+    with pytest.raises(ClearwayError, match=r"rooms\.geojson: features: is missing"):
+        Nav2(params=str(file)).read_parameters(robot)
 
 
 def test_a_goal_off_the_map_is_given_up_with_the_reason(robot):

@@ -464,6 +464,51 @@ def test_a_server_is_read_where_the_tree_asks_for_it_and_else_ignored(tmp_path: 
         Nav2(str(path)).read_parameters(load_robot("hosbot"))
 
 
+GRAPH = (
+    '{"features": [{"geometry": {"type": "Point", "coordinates": [0, 0]}, "properties": {"id": 1}}, '
+    '{"geometry": {"type": "LineString"}, "properties": {"id": 2, "startid": 1, "endid": %d}}]}'
+)
+
+
+def test_the_table_tells_of_routes_what_driving_would(tmp_path: Path) -> None:
+    text = (
+        "bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: navigate_on_route_graph_w_recovery.xml}}\n"
+        "route_server: {ros__parameters: {graph_filepath: g.geojson, radius_to_achieve_node: 2.0, smooth_corner: true, "
+        "operations: [AdjustSpeedLimit], AdjustSpeedLimit: {plugin: 'nav2_route::AdjustSpeedLimit'}, "
+        "edge_cost_functions: [Costs, Classes], Costs: {plugin: 'nav2_route::CostmapScorer', weight: 2.0, wait: 1.0}, "
+        "Classes: {plugin: 'nav2_route::SemanticScorer'}}}\n"
+    )
+    path = written(tmp_path, text)
+    found = table(path)
+    rows = {row.name.removeprefix("route_server."): row.status for row in found.rows if "route_server." in row.name}
+    assert rows == {
+        "graph_filepath": "read",
+        "radius_to_achieve_node": "ignored",
+        "smooth_corner": "unknown",
+        "operations": "ignored",
+        "AdjustSpeedLimit": "ignored",
+        "edge_cost_functions": "read",
+        "Costs.plugin": "read",
+        "Costs.weight": "read",
+        "Costs.wait": "unknown",
+        "Classes": "missing",
+    }
+    (problem,) = found.problems
+    assert "the edge scorer 'nav2_route::SemanticScorer' is not built here; closest is nav2_route::PenaltyS" in str(
+        problem
+    )
+    path = written(tmp_path, text.replace("[Costs, Classes]", "[Costs]"))
+    (problem,) = table(path).problems
+    assert (problem.field, "there is no file g.geojson" in problem.problem) == ("route_server.graph_filepath", True)
+    (tmp_path / "g.geojson").write_text(GRAPH % 3)
+    (problem,) = table(path).problems
+    assert str(problem) == f"{tmp_path / 'g.geojson'}: features.1.properties.endid: is 3; no node has that id"
+    assert files(path) == (path, tmp_path / "g.geojson")
+    (tmp_path / "g.geojson").write_text(GRAPH % 1)
+    assert table(path).problems == ()
+    assert Nav2(str(path)).read_parameters(load_robot("hosbot")).route_server is not None
+
+
 def test_what_nav2s_helpers_read_of_every_node_is_known(tmp_path: Path) -> None:
     text = CONTROLLER.replace("t/Driver", "nav2_mppi_controller::MPPIController")
     text += "      verbose: true\n    warn_on_missing_params: true\n    strict_param_loading: true\n"

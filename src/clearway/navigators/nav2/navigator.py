@@ -2,10 +2,10 @@
 
     scan, map --> costmaps --.                       .--> controller server --.
                               >-- behaviour tree ---<---> behaviours ----------+--> smoother, monitor --> command
-    goal --------------------'                       `--> planner server (a period later)
+    goal --------------------'                       `--> planner, route, smoother server (a period later)
 
-Within a control period: costmaps, tree, controller and behaviours, and last the planner, which in Nav2 has a thread of
-its own. Behaviour read from ros-navigation/navigation2, nav2_bt_navigator, nav2_behavior_tree's bt_action_server.
+Within a control period: costmaps, tree, controller and behaviours, and last the servers that plan, which in Nav2 have
+threads of their own. Behaviour read from ros-navigation/navigation2, nav2_bt_navigator, nav2_behavior_tree's bt_action_server.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRe
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status, TreeError
 from clearway.navigators.nav2.behavior_tree.paths import EMPTY
 from clearway.navigators.nav2.behavior_tree.reader import Trees, asked, build
-from clearway.navigators.nav2.behavior_tree.routes import SmoothRequest
+from clearway.navigators.nav2.behavior_tree.routes import RouteRequest, SmoothRequest
 from clearway.navigators.nav2.behavior_tree.servers import Job, Validity
 from clearway.navigators.nav2.behaviors import STILL, BehaviorServer
 from clearway.navigators.nav2.command_chain import CommandChain
@@ -39,6 +39,7 @@ from clearway.navigators.nav2.parameters import Parameters, files, read
 from clearway.navigators.nav2.parameters import servers as parameters
 from clearway.navigators.nav2.parameters.table import read_own
 from clearway.navigators.nav2.planner_server import PlannerServer
+from clearway.navigators.nav2.route_server import RouteServer, read_routes
 from clearway.navigators.nav2.seams import Velocity
 from clearway.navigators.nav2.smoother_server import SmootherServer
 from clearway.robots import DriveKind, Robot, possible
@@ -48,6 +49,7 @@ _ORIGIN = np.zeros(3)
 _ACTIONS = (
     "compute_path_to_pose",
     "compute_path_through_poses",
+    "compute_route",
     "smooth_path",
     "follow_path",
     "spin",
@@ -74,8 +76,11 @@ class _Around:
         n = self._navigator
         if isinstance(request, PlanRequest | ThroughRequest):
             return n.planner_server.send(action, request)
+        if isinstance(request, RouteRequest):
+            assert n.route_server is not None  # it is there for every tree that asks
+            return n.route_server.send(request)
         if isinstance(request, SmoothRequest):
-            assert n.smoother_server is not None  # it is there for every tree that asks
+            assert n.smoother_server is not None  # likewise
             return n.smoother_server.send(request)
         if isinstance(request, FollowRequest):
             return n.controller_server.send(request, self.now)
@@ -125,10 +130,13 @@ class Nav2:
         """What it would drive `robot` with, which has a map if it is `mapped`.
 
         Raises:
-            ClearwayError: One of them is wrong, or its behaviour tree is.
+            ClearwayError: One of them is wrong, or its behaviour tree or graph of routes is.
         """
         found = read_own(robot, mapped=mapped) if self._params is None else read(self._params, robot, mapped=mapped)
-        return found.for_tree(asked(self._trees(found)))
+        found = found.for_tree(asked(self._trees(found)))
+        if found.route_server is not None:
+            read_routes(found.route_server, found.file)
+        return found
 
     def check_without_map(self, robot: Robot) -> None:
         """
@@ -157,6 +165,7 @@ class Nav2:
         self.planner_server = PlannerServer(p.planner_server, self.global_costmap)
         self.behavior_server = BehaviorServer(p.behavior_server)
         self.smoother_server = None if (q := p.smoother_server) is None else SmootherServer(q, self.global_costmap)
+        self.route_server = None if p.route_server is None else RouteServer(p.route_server, p.file, self.global_costmap)
         navigator = cast("parameters.BtNavigator", p.bt_navigator.group)
         self._tick_rate = Rate(1000.0 / navigator.bt_loop_duration)
         self._filter = navigator.filter_duration
@@ -206,6 +215,8 @@ class Nav2:
         """What in Nav2 has threads of its own: whoever asked has the answer one period later."""
         frame = self.frame_of(self.global_costmap)
         self.planner_server.think(self.pose_in(self.global_costmap), frame)
+        if self.route_server is not None:
+            self.route_server.think(self._pose, frame)
         if self.smoother_server is not None:
             self.smoother_server.think(frame)
 
@@ -237,6 +248,9 @@ class Nav2:
         """Have an action server stop what it does."""
         if action in ("compute_path_to_pose", "compute_path_through_poses"):
             self.planner_server.cancel(action)
+        elif action == "compute_route":
+            if self.route_server is not None:
+                self.route_server.cancel()
         elif action == "smooth_path":
             if self.smoother_server is not None:
                 self.smoother_server.cancel()

@@ -218,6 +218,12 @@ class WouldAPlannerRecoveryHelp(AreErrorCodesPresent):
     )
 
 
+class WouldARouteRecoveryHelp(AreErrorCodesPresent):
+    """Whether the route server's error is one that recovery may cure, whatever `error_codes_to_check` says."""
+
+    CODES = frozenset({Error.ROUTE_UNKNOWN, Error.NO_VALID_ROUTE, Error.ROUTE_TIMEOUT})
+
+
 class WouldASmootherRecoveryHelp(AreErrorCodesPresent):
     """Whether the smoother's error is one that recovery may cure, whatever `error_codes_to_check` says."""
 
@@ -246,6 +252,7 @@ CONDITIONS: dict[str, type[Node]] = {
         AreErrorCodesPresent,
         WouldAControllerRecoveryHelp,
         WouldAPlannerRecoveryHelp,
+        WouldARouteRecoveryHelp,
         WouldASmootherRecoveryHelp,
     )
 }

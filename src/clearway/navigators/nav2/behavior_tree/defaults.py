@@ -25,12 +25,19 @@ DEFAULT = "navigate_to_pose_w_replanning_and_recovery"
 FOLLOW_POINT = "follow_point"
 """The tree that never arrives: it stays a metre from the goal until the goal moves on."""
 
+ON_ROUTES = "navigate_on_route_graph_w_recovery"
+"""The tree that follows a route itself, with paths to its first node and from its last."""
 
-def _plan(goal: str = "{goal}") -> Spec:
+ALONG_ROUTES = "navigate_w_routing_global_planning_and_control_w_recovery"
+"""The tree that plans from node to node of a route."""
+
+
+def _plan(goal: str = "{goal}", path: str = "{path}", **start: str) -> Spec:
     return node(
         "ComputePathToPose",
         goal=goal,
-        path="{path}",
+        path=path,
+        **start,
         planner_id="{selected_planner}",
         error_code_id="{compute_path_error_code}",
         error_msg="{compute_path_error_msg}",
@@ -73,14 +80,15 @@ def _once_more(task: Spec, costmap: str, helps: Spec | None) -> Spec:
     return node("RecoveryNode", task, cure, number_of_retries="1")
 
 
-def _recoveries() -> Spec:
+def _recoveries(*, turning: bool = True) -> Spec:
+    spin = node("Spin", spin_dist="1.57", error_code_id="{spin_error_code}", error_msg="{spin_error_msg}")
     return node(
         "ReactiveFallback",
         node("GoalUpdated"),
         node(
             "RoundRobin",
             node("Sequence", _clear("local"), _clear("global")),
-            node("Spin", spin_dist="1.57", error_code_id="{spin_error_code}", error_msg="{spin_error_msg}"),
+            *((spin,) if turning else ()),
             node("Wait", wait_duration="5.0", error_code_id="{wait_error_code}", error_msg="{wait_error_msg}"),
             node(
                 "BackUp",
@@ -198,6 +206,110 @@ def _point() -> Spec:
     return _pipeline(_at("1.0", node("Sequence", plan, short)), following)
 
 
+def _route() -> Spec:
+    return node(
+        "ComputeRoute",
+        goal="{goal}",
+        path="{route_path}",
+        route="{route}",
+        use_poses="true",
+        error_code_id="{compute_route_error_code}",
+        error_msg="{compute_route_error_msg}",
+    )
+
+
+def _joined(first: str, then: str) -> Spec:
+    return node("ConcatenatePaths", input_path1=first, input_path2=then, output_path="{route_path}")
+
+
+def _pose_of_route(index: str, pose: str) -> Spec:
+    return node("GetPoseFromPath", path="{route_path}", index=index, pose=pose)
+
+
+def _far(pose: str, other: str, tolerance: str) -> Spec:
+    return node("Inverter", node("ArePosesNear", ref_pose=pose, target_pose=other, tolerance=tolerance))
+
+
+def _first_mile() -> Spec:
+    return node(
+        "ReactiveSequence",
+        node("GetCurrentPose", current_pose="{current_pose}"),
+        _pose_of_route("0", "{route_start_pose}"),
+        _far("{current_pose}", "{route_start_pose}", "0.3"),
+        _plan("{route_start_pose}", "{first_mile_path}"),
+        _joined("{first_mile_path}", "{route_path}"),
+    )
+
+
+def _last_mile() -> Spec:
+    return node(
+        "ReactiveSequence",
+        _pose_of_route("-1", "{route_end_pose}"),
+        _far("{goal}", "{route_end_pose}", "0.1"),
+        _plan(path="{last_mile_path}", start="{route_end_pose}"),
+        _joined("{route_path}", "{last_mile_path}"),
+    )
+
+
+def _unless_valid(path: str, *tasks: Spec) -> Spec:
+    """Tasks every two seconds, unless the goal is the same and a path still free."""
+    holds = node("ReactiveSequence", _same_goal(), node("ValidatePath", path=path))
+    return _at("0.5", node("Fallback", holds, node("Sequence", *tasks)))
+
+
+def _routing(task: Spec, *helps: Spec) -> Spec:
+    return _once_more(task, "global", node("Fallback", *helps))
+
+
+def _following_routes(*planning: Spec) -> Spec:
+    """What both trees with routes do with what was planned."""
+    controller = _helps("Controller", "follow_path")
+    pipeline = node("PipelineSequence", *_selected(), *planning, _once_more(_follow(), "local", controller))
+    helps = node("Fallback", controller, _helps("Planner", "compute_route"))
+    return _recovering(pipeline, node("Sequence", helps, _recoveries(turning=False)))
+
+
+def _on_route_graph() -> Spec:
+    smooth = node(
+        "SmoothPath",
+        unsmoothed_path="{route_path}",
+        smoothed_path="{path}",
+        smoother_id="route_smoother",
+        error_code_id="{smoother_error_code}",
+        error_msg="{smoother_error_msg}",
+    )
+    planning = _unless_valid("{path}", _route(), _first_mile(), _last_mile(), smooth)
+    return _following_routes(_routing(planning, _helps("Route", "compute_route"), _helps("Planner", "compute_path")))
+
+
+def _along_route() -> Spec:
+    goals = "{route_goals}"
+    routing = _unless_valid(
+        "{route_path}",
+        _route(),
+        node("ExtractRouteNodesAsGoals", route="{route}", goals=goals),
+        node("AppendGoalPoseToGoals", input_goals=goals, output_goals=goals, goal_pose="{goal}"),
+    )
+    plan = node(
+        "ComputePathThroughPoses",
+        goals="{planning_goals}",
+        path="{path}",
+        planner_id="{selected_planner}",
+        error_code_id="{compute_path_error_code}",
+        error_msg="{compute_path_error_msg}",
+    )
+    planning = node(
+        "Sequence",
+        node("RemovePassedGoals", input_goals=goals, output_goals=goals, radius="3.0"),
+        node("GetNextFewGoals", input_goals=goals, num_goals="2", output_goals="{planning_goals}"),
+        plan,
+    )
+    return _following_routes(
+        _routing(routing, _helps("Route", "compute_route")),
+        _at("1.0", _once_more(planning, "global", _helps("Planner", "compute_path"))),
+    )
+
+
 _SPEEDS = {"min_rate": "0.1", "max_rate": "1.0", "min_speed": "0.0", "max_speed": "0.26"}
 
 
@@ -219,6 +331,8 @@ def _all(version: Version) -> dict[str, Spec]:
         "navigate_w_replanning_time": _pipeline(_at("1.0", _plan()), _follow()),
         "navigate_to_pose_w_bounds_check": _bounds(),
         FOLLOW_POINT: _point(),
+        ON_ROUTES: _on_route_graph(),
+        ALONG_ROUTES: _along_route(),
     }
 
 

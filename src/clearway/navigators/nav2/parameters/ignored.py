@@ -71,7 +71,7 @@ NODES = {
     "lifecycle_manager_localization": "all that is read is started",
     "waypoint_follower": "a robot is given one goal at a time here",
     "smoother_server": "the behaviour tree has no path smoothed but by its planner",
-    "route_server": "paths are planned in the costmap; there is no route graph",
+    "route_server": "the behaviour tree asks for no route",
     "docking_server": "there are no docks",
     "following_server": "there is nobody to follow",
     "loopback_simulator": "Clearway simulates",

@@ -38,6 +38,7 @@ OPTIONAL: dict[str, tuple[str, str]] = {
 
 ASKED: dict[str, tuple[str, str]] = {
     "smoother_server": ("/smoother_server", f"{_PARAMETERS}.servers:SmootherServer"),
+    "route_server": ("/route_server", f"{_PARAMETERS}.routes:RouteServer"),
 }
 """The same of what is started only for a behaviour tree that asks for it."""
 
@@ -60,6 +61,7 @@ class Parameters:
         velocity_smoother: None: it isn't started, as the file has nothing for it.
         collision_monitor: With polygons and sources; None: likewise.
         smoother_server: With smoothers; None: the behaviour tree doesn't ask for it.
+        route_server: With edge scorers; None: likewise.
         tables: What each server is given, as tables within each other.
     """
 
@@ -74,6 +76,7 @@ class Parameters:
     velocity_smoother: Branch | None = None
     collision_monitor: Branch | None = None
     smoother_server: Branch | None = None
+    route_server: Branch | None = None
     tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def for_tree(self, asked: Iterable[str]) -> Parameters:
@@ -125,11 +128,13 @@ def files(params: str | Path | None = None) -> tuple[Path, ...]:
         return ()
     path = Path(params)
     try:
-        values = merged(read_nodes(path), "/bt_navigator")
+        nodes = read_nodes(path)
     except ClearwayError:
         return (path,)
-    tree = Path(str(values.get("default_nav_to_pose_bt_xml", "")))
-    return (path, *(f for f in dict.fromkeys((tree, path.parent / tree)) if f.suffix == ".xml" and f.is_file()))
+    tree = Path(str(merged(nodes, "/bt_navigator").get("default_nav_to_pose_bt_xml", "")))
+    graph = Path(str(merged(nodes, "/route_server").get("graph_filepath", "")))
+    trees = (file for file in dict.fromkeys((tree, path.parent / tree)) if file.suffix == ".xml" and file.is_file())
+    return (path, *trees, *(file for file in (path.parent / graph,) if file.is_file()))
 
 
 def tables_of(nodes: tuple[Node, ...], path: Path) -> dict[str, dict[str, Any]]:

@@ -59,6 +59,19 @@ PLUGINS: dict[str, dict[str, str]] = {
         "nav2_costmap_2d::InflationLayer": f"{_HERE}.parameters.costmaps:InflationLayer",
         "nav2_costmap_2d::DenoiseLayer": f"{_HERE}.parameters.costmaps:DenoiseLayer",
     },
+    "graph file loader": {"nav2_route::GeoJsonGraphFileLoader": f"{_HERE}.parameters.routes:GeoJsonGraphFileLoader"},
+    "edge scorer": {
+        f"nav2_route::{name}Scorer": f"{_HERE}.routes.scorers:{name}Scorer"
+        for name in (
+            "Distance",
+            "Time",
+            "Penalty",
+            "Costmap",
+            "DynamicEdges",
+            "GoalOrientation",
+            "StartPoseOrientation",
+        )
+    },
     "smoother": {"nav2_smoother::SimpleSmoother": f"{_HERE}.simple_smoother:SimpleSmoother"},
     "behavior": {
         "nav2_behaviors::Spin": f"{_HERE}.parameters.servers:Spin",
@@ -75,6 +88,7 @@ MISSING: dict[str, str] = {
     "nav2_controller::AdaptiveToleranceGoalChecker": "nav2_controller::StoppedGoalChecker",
     "nav2_graceful_controller::GracefulController": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
     "teb_local_planner::TebLocalPlannerROS": "nav2_mppi_controller::MPPIController",
+    "nav2_route::SemanticScorer": "nav2_route::PenaltyScorer",
     "nav2_smoother::SavitzkyGolaySmoother": "nav2_smoother::SimpleSmoother",
     "nav2_constrained_smoother/ConstrainedSmoother": "nav2_smoother::SimpleSmoother",
     "nav2_theta_star_planner::ThetaStarPlanner": "nav2_smac_planner::SmacPlanner2D",

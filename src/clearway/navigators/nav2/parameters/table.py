@@ -26,6 +26,7 @@ from clearway.navigators.nav2.parameters.nav2_parameters import (
 )
 from clearway.navigators.nav2.parameters.servers import BtNavigator
 from clearway.navigators.nav2.presets.preset import TABLE
+from clearway.navigators.nav2.route_server import read_routes
 from clearway.robots import Robot
 from clearway.robots.tables import TUNED_ON
 
@@ -51,17 +52,20 @@ def table(path: Path) -> ParameterTable:
             continue
         full = space + ALL[server][0]
         own = {name for node in nodes if not node.wild and node.matches(full) for name in node.values}
+        before = len(problems)
         branch = settle(reader_of(server), given, server, path, problems)
         for row in rows_of(branch, ""):
             if any(name == row.name or name.startswith(f"{row.name}.") for name in own) or row.status == "default":
                 rows.append(row._replace(name=f"{server}.{row.name}"))
             else:  # of a wildcard: what any server reads is read
-                before = shared.get(row.name)
-                if before is None or _ORDER.index(row.status) < _ORDER.index(before.status):
+                other = shared.get(row.name)
+                if other is None or _ORDER.index(row.status) < _ORDER.index(other.status):
                     shared[row.name] = row
         if isinstance(branch.group, BtNavigator) and isinstance(error := _tree(branch.group, path), ClearwayError):
             problems.append(error)
             rows = [row for row in rows if row.name != f"{server}.default_nav_to_pose_bt_xml"]
+        if server == "route_server" and len(problems) == before:
+            problems += _wrong_routes(branch, path)
     for name in [name for name in shared if any(other.startswith(f"{name}.") for other in shared)]:
         del shared[name]  # what is inside it is read by another server
     rows += [row._replace(name=f"{_wild_name(nodes, row.name)}.{row.name}") for row in shared.values()]
@@ -108,6 +112,15 @@ def _tree(group: BtNavigator, path: Path) -> Trees | ClearwayError:
         return defaults.named(group.default_nav_to_pose_bt_xml, path)
     except ClearwayError as error:
         return error
+
+
+def _wrong_routes(branch: Branch, path: Path) -> list[ClearwayError]:
+    """What is wrong with the graph of routes that a file names."""
+    try:
+        read_routes(branch, path)
+    except ClearwayError as error:
+        return [error]
+    return []
 
 
 def _asked(table: Mapping[str, Any], path: Path) -> frozenset[str]:
