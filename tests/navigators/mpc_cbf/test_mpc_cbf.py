@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from clearway.campaigns.campaign import run_campaign
+from clearway.campaigns.plan import CampaignPlan
 from clearway.contract import Budget, Goal, Latency, Observation, Obstacles, Status, Task
 from clearway.crowds.walls import walls_of
 from clearway.errors import ClearwayError
@@ -19,6 +21,7 @@ from clearway.navigators.common.tracking.problem import TOLERANCE
 from clearway.navigators.mpc_cbf import MpcCbf
 from clearway.navigators.mpc_cbf.decision import Settings, barriers, pose_problem
 from clearway.robots import DriveLimits, load_robot
+from clearway.scenarios.suite import Selection
 
 pytestmark = pytest.mark.slow  # compiles for long
 
@@ -184,6 +187,13 @@ def test_around_what_stands_and_through_a_door():
     _, _, gap, arrived = drive(MpcCbf(), lambda t: seen([(2.5, 0.05)], [(0.0, 0.0)], moving=False), 20.0)
     assert arrived
     assert gap > 0.0
+
+
+def test_two_that_meet_get_past_each_other(tmp_path):
+    """Whose cost outweighed the penalty on (10f) stood before the other until their time was over."""
+    chosen = Selection(configurations=("two robots",), repetitions=1)
+    plan = CampaignPlan(("people",), robots=("tiago",), navigators=("mpc-cbf",), selection=chosen)
+    assert [row["outcome"] for row in run_campaign(plan, tmp_path / "out", 0).trials.to_pylist()] == ["reached"] * 2
 
 
 def test_without_a_way_it_stands_and_says_so():
