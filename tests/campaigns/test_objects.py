@@ -103,13 +103,15 @@ def test_what_raises_is_raised() -> None:
     ("arguments", "says"),
     [
         ({"navigators": [own_class()()]}, "give the class"),
-        ({"robots": [3]}, "3 is neither a name nor a Robot"),
+        ({"robots": [3]}, "robots: 3 is neither a name nor a Robot"),
+        ({"team": ["tiago", 3]}, "team: 3 is neither a name nor a Robot"),
+        ({"workers": "two"}, "workers: 'two' is wrong: a whole number, at least 0"),
         ({"robots": [cart().model_copy(update={"name": "tiago"})]}, "give it a name of its own"),
     ],
 )
 def test_what_is_no_such_thing(arguments: dict[str, Any], says: str, tmp_path: Path) -> None:
     with pytest.raises(ClearwayError, match=says):
-        clearway.run(HALL, **({"robots": ["tiago"]} | arguments), workers=0, out=tmp_path / "out")
+        clearway.run(HALL, **({"robots": ["tiago"], "workers": 0, "out": tmp_path / "out"} | arguments))
 
 
 def test_one_scenario_of_a_suite_has_to_be_named() -> None:

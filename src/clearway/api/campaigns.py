@@ -134,7 +134,7 @@ def run(
         "batches": batches, "configurations": configurations, "speeds": speeds, "sizes": sizes, "gaps": gaps,
         "obstacle_speeds": obstacle_speeds, "repetitions": repetitions, "worlds": worlds, "scenarios": scenarios,
         "floor_plan": floor_plan, "seeds": seeds, "disturbance": disturbance, "latency": latency, "ideal": ideal,
-        "team": read_team(team) if isinstance(team, str) and team else names_of(team or (), "robots"), "replay": people,
+        "team": _team(team), "replay": people,
     })  # fmt: skip
     limit = number(decision_limit, "decision_limit")
     named, asked = with_movers(names_of(suites, "suites"), movers), names_of(navigators, "navigators")
@@ -315,3 +315,12 @@ def recorded_people(
 
     from_, to, times = numbers(start, "start"), numbers(goal, "goal"), numbers(at, "at")
     return replay_of(file, from_, to, times, bodies=strings(bodies, "bodies"), format=format)
+
+
+def _team(given: str | Iterable[str | Robot]) -> tuple[str, ...]:
+    if isinstance(given, str) and given:
+        return read_team(given)
+    try:
+        return names_of(given or (), "robots")
+    except ClearwayError as error:
+        raise ClearwayError(error.problem, field="team") from error

@@ -29,7 +29,7 @@ from typing import Any, TypeVar
 
 from clearway.campaigns.heartbeat import Pulse
 from clearway.campaigns.surroundings import Setting
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown
 from clearway.given import packed
 
 T = TypeVar("T")
@@ -137,8 +137,8 @@ def workers_of(asked: int | None, least: int = 1) -> int:
     Raises:
         ClearwayError: fewer than `least` are asked for.
     """
-    if asked is not None and asked < least:
-        raise ClearwayError(f"{asked} is wrong: at least {least}", field="workers")
+    if asked is not None and (isinstance(asked, bool) or not isinstance(asked, int) or asked < least):
+        raise ClearwayError(f"{shown(asked)} is wrong: a whole number, at least {least}", field="workers")
     return (os.cpu_count() or 1) if asked is None else asked
 
 
