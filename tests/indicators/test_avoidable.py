@@ -144,19 +144,20 @@ def test_what_follows_no_rule_goes_on_at_its_last_speed_and_what_is_absent_stays
     assert np.isnan(out[:, 1, :2]).all()
 
 
-@pytest.mark.parametrize("before", ["far away", "absent"])
+@pytest.mark.parametrize("before", ["far away", "absent", "within sight"])
 def test_what_appears_on_the_robot_stays_where_it_appeared(before: str) -> None:
     """It was elsewhere a sample before, or nowhere: that tells nothing of where it goes on."""
-    discs = np.full((30, 1, 2), [9.0, 9.0] if before == "far away" else np.nan)
+    discs = np.full((30, 1, 2), {"far away": 9.0, "absent": np.nan, "within sight": 2.0}[before])
     discs[-1] = 0.5, 0.0
     trial = contact(discs)
     trial = replace(trial, t=np.append(trial.t[:-1], trial.t[-2] + 0.4 * PERIOD))
     out = prolonged(trial, trial.t[-1] + np.array([-0.1, -0.01, 0.0, 1.5]))
     np.testing.assert_array_equal(out[2:, 0, :2], [[0.5, 0.0], [0.5, 0.0]])
     assert np.isnan(out[1, 0]).all()
-    assert np.isfinite(out[0]).all() == (before == "far away")
+    assert np.isfinite(out[0]).all() == (before != "absent")
     assert who_moved(trial) == "obstacle"
     assert cause(trial) == "contact at rest"
+    assert avoidable(trial) == TOO_LATE
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -24,6 +24,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
+from numbers import Integral
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -137,9 +138,9 @@ def workers_of(asked: int | None, least: int = 1) -> int:
     Raises:
         ClearwayError: fewer than `least` are asked for.
     """
-    if asked is not None and (isinstance(asked, bool) or not isinstance(asked, int) or asked < least):
+    if asked is not None and (isinstance(asked, bool) or not isinstance(asked, Integral) or asked < least):
         raise ClearwayError(f"{shown(asked)} is wrong: a whole number, at least {least}", field="workers")
-    return (os.cpu_count() or 1) if asked is None else asked
+    return (os.cpu_count() or 1) if asked is None else int(asked)
 
 
 @dataclass(slots=True)

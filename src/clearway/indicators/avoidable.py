@@ -22,7 +22,7 @@ from clearway.contract import PLACED, EventKind
 from clearway.geometry.shapes import circumscribed_radius
 from clearway.indicators.cause import WINDOW
 from clearway.indicators.escape import escapes
-from clearway.indicators.legs import contact_on_a_leg, contact_time, until_contact
+from clearway.indicators.legs import contact_on_a_leg, contact_time, stretches, until_contact
 from clearway.trials import Body, Trial
 
 AFTER = 1.5
@@ -66,13 +66,17 @@ def _first_seen(trial: Trial) -> float | None:
         return float(trial.t[0])
     if trial.attempt.sight is None:
         return None
+    since = 0
     if body.pose is None:
         moving = [b for b in trial.attempt.bodies if b.pose is None]
-        at = trial.moving_obstacles[:, next(k for k, b in enumerate(moving) if b is body), :2]
+        k = next(k for k, b in enumerate(moving) if b is body)
+        at, since = trial.moving_obstacles[:, k, :2], stretches(trial, k)[-1].start
     else:
         at = np.broadcast_to(body.pose[:2], (len(trial.t), 2))
     away = np.hypot(*(at - trial.pose[:, :2]).T) - circumscribed_radius(body.shape)
-    within = np.flatnonzero(away <= trial.attempt.sight)
+    within = since + np.flatnonzero(
+        away[since:] <= trial.attempt.sight
+    )  # where it was before it was carried tells nothing
     return float(trial.t[within[0]]) if len(within) else float(trial.t[-1])
 
 

@@ -29,7 +29,6 @@ from clearway.geometry.distance import closest_approach, path_clearance
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
 from clearway.indicators.legs import (
-    FASTEST,
     DrivenLeg,
     begun,
     contact_time,
@@ -143,16 +142,14 @@ def _scene(
         if blind[:, k].any() and not np.isfinite(moving_obstacles[:, k, 2]).any():
             raise NotComputable(f"the heading of {body.name} is unknown")
     moving_obstacles[blind] = np.nan
-    _carried(drive, moving_obstacles)
+    _carried(drive, moving_obstacles, columns)
     path = _path(footprint, drive)
     return Scene(drive, footprint, path, (*map(_upright, fixed), *moving), moving_obstacles, tuple(columns))
 
 
-def _carried(drive: DrivenLeg, moving_obstacles: FloatArray) -> None:
+def _carried(drive: DrivenLeg, moving_obstacles: FloatArray, columns: list[int]) -> None:
     """An obstacle that starts anew with the leg did not sweep the way back to its start: at first it is absent."""
-    if len(moving_obstacles) > 1:
-        leap = np.hypot(*np.moveaxis(moving_obstacles[1, :, :2] - moving_obstacles[0, :, :2], 1, 0))
-        moving_obstacles[0, leap > FASTEST * (drive.t[1] - drive.t[0])] = np.nan
+    moving_obstacles[0, drive.carried[0, columns]] = np.nan
 
 
 def _path(footprint: Shape, drive: DrivenLeg) -> FloatArray:
@@ -330,7 +327,7 @@ def _origins(drive: DrivenLeg, fixed: list[Body], moving: list[Body], columns: l
     """Points for what is there."""
     at = drive.moving_obstacles[:, columns].copy()
     at[:, :, 2] = 0.0
-    _carried(drive, at)
+    _carried(drive, at, columns)
     placed = [replace(b, pose=np.array([*b.pose[:2], 0.0])) for b in fixed if b.pose is not None]
     bodies = tuple(replace(b, shape=_POINT) for b in (*placed, *moving))
     return Scene(drive, _POINT, _path(_POINT, drive), bodies, at, tuple(columns))

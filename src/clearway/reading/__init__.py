@@ -1,7 +1,7 @@
 """Reads what users write and bring (TOML, YAML, JSON, PGM, PNG) within bounds: a file can't fill the memory, hang, or end in a
 traceback. Whatever is wrong with it is one `ClearwayError`."""
 
-from clearway.reading.bounded import opened, read_bytes, take
+from clearway.reading.bounded import is_there, opened, read_bytes, take
 from clearway.reading.json_files import read_json
 from clearway.reading.pgm import Image, read_pgm
 from clearway.reading.png import read_png
@@ -10,6 +10,7 @@ from clearway.reading.yaml_files import read_ros_yaml, read_yaml
 
 __all__ = [
     "Image",
+    "is_there",
     "opened",
     "parse_toml",
     "read_bytes",

@@ -85,3 +85,11 @@ def _why(error: OSError | ValueError) -> str:
 def size(count: int) -> str:
     """So many bytes, in words."""
     return f"{count >> 20} MB" if count >= 1 << 20 else f"{count >> 10} kB"
+
+
+def is_there(path: Path) -> bool:
+    """Whether there is such a file; of a text that no path can be there is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # too long; a null character
+        return False

@@ -507,6 +507,20 @@ def test_the_table_tells_of_routes_what_driving_would(tmp_path: Path) -> None:
     (tmp_path / "g.geojson").write_text(GRAPH % 1)
     assert table(path).problems == ()
     assert Nav2(str(path)).read_parameters(load_robot("hosbot")).route_server is not None
+    spaced = written(
+        tmp_path, "robot1:\n  " + text.replace("[Costs, Classes]", "[Costs]").replace("\nroute", "\n  route")
+    )
+    assert files(spaced) == (path, tmp_path / "g.geojson")
+    assert Nav2(str(spaced)).read_parameters(load_robot("hosbot")).route_server is not None
+    (problem,) = table(written(tmp_path, text.partition("\n")[0])).problems
+    assert (problem.field, "is missing" in problem.problem) == ("route_server.graph_filepath", True)
+    (problem,) = table(written(tmp_path, text.replace("g.geojson", "g" * 300).replace(", Classes]", "]"))).problems
+    assert "there is no file ggg" in problem.problem
+
+
+def test_a_server_that_is_not_asked_for_may_stand_beside_a_robots_namespace(tmp_path: Path) -> None:
+    path = written(tmp_path, "robot1: {bt_navigator: {ros__parameters: {}}}\nroute_server: {ros__parameters: {}}\n")
+    assert Nav2(str(path)).read_parameters(load_robot("hosbot")).route_server is None
 
 
 def test_what_nav2s_helpers_read_of_every_node_is_known(tmp_path: Path) -> None:
@@ -595,6 +609,16 @@ def test_what_a_robots_file_says_is_put_into_its_preset():
         ({"costmap": {}}, "unknown server of Nav2", "costmap"),
         ({"global_costmap": 3}, "is 3; must be a table", "global_costmap"),
         ({"global_costmap": {"width": 60.0}}, "ROS takes an integer", "global_costmap.width"),
+        (
+            {"bt_navigator": {"default_nav_to_pose_bt_xml": "own.xml"}},
+            "names none but trees that Nav2 ships",
+            "bt_navigator.default_nav_to_pose_bt_xml",
+        ),
+        (
+            {"bt_navigator": {"default_nav_to_pose_bt_xml": "navigate_on_route_graph_w_recovery.xml"}},
+            "asks for routes, whose graph a file of parameters has to name",
+            "bt_navigator.default_nav_to_pose_bt_xml",
+        ),
         ({"smoother_server": {}}, "the behaviour tree doesn't ask for this server", "smoother_server"),
         ({"global_costmap": {"widht": 60}}, "nothing reads it: .*'width'", "global_costmap.widht"),
     ],

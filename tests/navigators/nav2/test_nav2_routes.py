@@ -165,7 +165,7 @@ def test_whatever_stands_in_a_graph_it_is_read_or_one_clear_error(tmp_path_facto
 def random_graph(rng, n, m):
     places = rng.uniform(-5.0, 5.0, (n, 2))
     ends = rng.integers(0, n, (m, 2))
-    edges = tuple(Edge(k, 100 + k, int(a), int(b), 0.0, True, {}, f"features.{n + k}") for k, (a, b) in enumerate(ends))
+    edges = tuple(Edge(k, int(a), int(b), 0.0, True, {}, f"features.{n + k}") for k, (a, b) in enumerate(ends))
     leaving = tuple(tuple(e for e in edges if e.start == k) for k in range(n))
     return Graph(tuple(range(n)), places, edges, leaving, Path("graph.geojson"))
 
@@ -207,7 +207,7 @@ def test_ends_are_left_out_as_in_the_plain_reading(seed):
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 5))
     places = np.round(rng.uniform(-3.0, 3.0, (n, 2)), 1)
-    edges = tuple(Edge(k, k, k, k + 1, 0.0, True, {}, "") for k in range(n - 1))
+    edges = tuple(Edge(k, k, k + 1, 0.0, True, {}, "") for k in range(n - 1))
     graph = Graph(tuple(range(n)), places, edges, (), Path())
     limits = (bool(rng.random() < 0.8), *(float(x) for x in rng.choice((0.0, 0.1, 0.5, 1.0, 8.0), 3)))
     for _ in range(50):

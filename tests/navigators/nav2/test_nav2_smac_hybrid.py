@@ -247,3 +247,13 @@ def test_smoother_parameters_reach_it() -> None:
     kept = SmacHybrid(SmacHybridParameters(), SmootherParameters(max_iterations=0)).plan(start, goal, view(cost))
     np.testing.assert_array_equal(rough, kept)
     assert np.abs(SmacHybrid(SmacHybridParameters()).plan(start, goal, view(cost)) - rough).max() > 1e-3
+
+
+def test_a_search_ends_by_the_time_that_is_granted() -> None:
+    """A second is 100,000 nodes: a goal in a room without a door."""
+    lethal = np.zeros((64, 75), bool)
+    lethal[20:40, 40], lethal[20:40, 60], lethal[20, 40:61], lethal[40, 40:61] = True, True, True, True
+    for seconds, nodes in ((0.01, 1000), (0.02, 2000)):
+        planner = SmacHybrid(SmacHybridParameters(max_planning_time=seconds))
+        with pytest.raises(NoPath, match=f"too many iterations after {nodes} nodes"):
+            planner.plan(pose(10, 30), pose(50, 30), view(inflated(lethal)))

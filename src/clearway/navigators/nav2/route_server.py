@@ -26,6 +26,7 @@ from clearway.navigators.nav2.routes.dense import Shape, dense
 from clearway.navigators.nav2.routes.graph import Edge, Graph, read_graph
 from clearway.navigators.nav2.routes.scorers import Ask, InvalidUse, Scorer, make_scorer
 from clearway.navigators.nav2.routes.search import NoRoute, Pruning, Route, TookTooLong, nearest, pruned, search
+from clearway.reading import is_there
 
 _ANY = 2**62
 _POSES = 100_000
@@ -159,7 +160,7 @@ def read_routes(branch: Branch, file: Path | None) -> tuple[Graph, tuple[Scorer,
             field=field,
         )
     path = Path(p.graph_filepath) if file is None else file.parent / p.graph_filepath
-    if not path.is_file():
+    if not is_there(path):
         raise ClearwayError(
             f"there is no file {p.graph_filepath}; write the path of a GeoJSON file, absolute or beside that of the parameters",
             file=file,

@@ -15,6 +15,7 @@ from typing import Literal
 
 from clearway.errors import ClearwayError, unknown
 from clearway.navigators.nav2.behavior_tree.reader import Spec, Trees, check, node, read_trees
+from clearway.reading import is_there
 
 Version = Literal["main", "jazzy"]
 """A branch of Nav2."""
@@ -363,7 +364,7 @@ def named(text: str, params: Path | None, version: Version = "main") -> Trees:
     """
     beside = [Path(text)] if params is None else [params.parent / text, Path(text)]
     for path in beside:
-        if path.is_file():
+        if is_there(path):
             return read_trees(path)
     stem = text.rpartition("/")[2].removesuffix(".xml")
     try:

@@ -95,7 +95,10 @@ class ComputeRoute(ActionClient):
         goal = self.value("goal")
         if goal is None:
             raise TreeError(f'ComputeRoute {self.name!r} has no goal: write goal="{{goal}}"')
-        return RouteRequest(goal, self.value("start") if self.value("use_start") else None, 0, 0)
+        start = self.value("start") if self.value("use_start") else None
+        if start is None and self.value("use_start"):
+            raise TreeError(f'ComputeRoute {self.name!r} has no start: write start="{{start}}", or leave use_start out')
+        return RouteRequest(goal, start, 0, 0)
 
     def ended(self, job: Job) -> None:
         self._give(job.result if job.succeeded else None)

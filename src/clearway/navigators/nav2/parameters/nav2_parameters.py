@@ -13,6 +13,7 @@ from clearway.navigators.nav2.parameters.branch import Branch, settle
 from clearway.navigators.nav2.parameters.file import Node, merged, nested, read_nodes
 from clearway.navigators.nav2.parameters.group import Group
 from clearway.navigators.nav2.presets import preset_for, preset_names, read_preset, with_own, without_map
+from clearway.reading import is_there
 from clearway.robots import Robot
 
 _PARAMETERS = "clearway.navigators.nav2.parameters"
@@ -129,12 +130,13 @@ def files(params: str | Path | None = None) -> tuple[Path, ...]:
     path = Path(params)
     try:
         nodes = read_nodes(path)
+        space = namespace(nodes, path)
     except ClearwayError:
         return (path,)
-    tree = Path(str(merged(nodes, "/bt_navigator").get("default_nav_to_pose_bt_xml", "")))
-    graph = Path(str(merged(nodes, "/route_server").get("graph_filepath", "")))
-    trees = (file for file in dict.fromkeys((tree, path.parent / tree)) if file.suffix == ".xml" and file.is_file())
-    return (path, *trees, *(file for file in (path.parent / graph,) if file.is_file()))
+    tree = Path(str(merged(nodes, f"{space}/bt_navigator").get("default_nav_to_pose_bt_xml", "")))
+    graph = Path(str(merged(nodes, f"{space}/route_server").get("graph_filepath", "")))
+    trees = (file for file in dict.fromkeys((tree, path.parent / tree)) if file.suffix == ".xml" and is_there(file))
+    return (path, *trees, *(file for file in (path.parent / graph,) if is_there(file)))
 
 
 def tables_of(nodes: tuple[Node, ...], path: Path) -> dict[str, dict[str, Any]]:
@@ -157,7 +159,7 @@ def namespace(nodes: tuple[Node, ...], path: Path) -> str:
     Raises:
         ClearwayError: there are several.
     """
-    names = [name for name, _ in ALL.values()]
+    names = [name for name, _ in (SERVERS | OPTIONAL).values()]
     spaces = {
         node.name.removesuffix(name): None
         for node in nodes

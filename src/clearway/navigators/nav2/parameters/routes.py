@@ -38,7 +38,7 @@ class RouteServer(Group):
         default=0.1, description="distance of the start from the first node above which its edge is, m"
     )
     min_prune_dist_from_goal: Finite = Field(default=0.15, description="likewise of the goal from the last node, m")
-    path_density: Positive = Field(default=0.05, description="between poses of a route's path at most, m")
+    path_density: Positive = Field(default=0.05, ge=1e-6, description="between poses of a route's path at most, m")
     smooth_corners: bool = Field(default=False, description="whether its corners are made round")
     smoothing_radius: Positive = Field(default=1.0, description="of corners, m")
     smoothing_angle_threshold: NonNegative = Field(

@@ -47,6 +47,7 @@ def table(path: Path) -> ParameterTable:
     shared: dict[str, Row] = {}
     tables = tables_of(nodes, path)
     unasked = ASKED.keys() - _asked(tables.get("bt_navigator", {}), path)
+    tables |= {server: {} for server in ASKED if server not in unasked and server not in tables}
     for server, given in tables.items():
         if server in unasked:
             continue
@@ -91,7 +92,17 @@ def read_own(robot: Robot, *, mapped: bool) -> Parameters:
     try:
         found = read(None, robot, mapped=mapped)
         tree = cast("BtNavigator", found.bt_navigator.group).default_nav_to_pose_bt_xml
+        if tree.rpartition("/")[2].removesuffix(".xml") not in ("", *defaults.names()):
+            raise ClearwayError(
+                "a robot's file names none but trees that Nav2 ships; give one of its own to a file of parameters, for nav2[params=FILE]",
+                field="bt_navigator.default_nav_to_pose_bt_xml",
+            )
         found = found.for_tree(asked(defaults.named(tree, None)))
+        if found.route_server is not None:
+            raise ClearwayError(
+                "it asks for routes, whose graph a file of parameters has to name, for nav2[params=FILE]",
+                field="bt_navigator.default_nav_to_pose_bt_xml",
+            )
     except ClearwayError as error:
         if not own:
             raise

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,7 +28,6 @@ class Edge(NamedTuple):
 
     Attributes:
         number: Its place among the edges of the file.
-        id: Its name in the file.
         start: Index of the node where it begins.
         end: Index of the node where it ends.
         cost: That of the file; 0 without one.
@@ -36,7 +37,6 @@ class Edge(NamedTuple):
     """
 
     number: int
-    id: int
     start: int
     end: int
     cost: float
@@ -84,6 +84,14 @@ def read_graph(path: Path) -> Graph:
     Raises:
         ClearwayError: It can't be read, or is no such graph.
     """
+    with suppress(OSError):
+        found = path.stat()
+        return _read(path, found.st_mtime_ns, found.st_size)
+    return _read(path, 0, 0)
+
+
+@lru_cache(maxsize=2)  # a large one takes seconds, and each trial asks for it
+def _read(path: Path, changed: int, size: int) -> Graph:
     features = _inside(_Place(read_json(path), path, ""), "features", list)
     index: dict[int, int] = {}
     places: list[tuple[float, float]] = []
@@ -174,7 +182,7 @@ def _place(feature: _Place, properties: _Place) -> tuple[float, float]:
 def _edge(n: int, feature: _Place, index: Mapping[int, int]) -> Edge:
     properties = _inside(feature, "properties", dict)
     ends = []
-    name = _id(properties, "id")
+    _id(properties, "id")
     for which in ("startid", "endid"):
         node = _id(properties, which)
         if node not in index:
@@ -185,6 +193,6 @@ def _edge(n: int, feature: _Place, index: Mapping[int, int]) -> Edge:
         cost = _number(properties.at("cost"), limits.NUMBER, "a number")
     if "overridable" in properties.value:
         overridable = _inside(properties, "overridable", bool).value
-    if "metadata" in properties.value:
+    if properties.value.get("metadata") is not None:
         metadata = _inside(properties, "metadata", dict).value
-    return Edge(n, name, ends[0], ends[1], cost, overridable, metadata, properties.field)
+    return Edge(n, ends[0], ends[1], cost, overridable, metadata, properties.field)
