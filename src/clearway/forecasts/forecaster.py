@@ -9,7 +9,7 @@ import numpy as np
 from clearway import contract
 from clearway.contract import Obstacles
 from clearway.errors import ClearwayError
-from clearway.forecasts.avoidance import NOBODY, avoid
+from clearway.forecasts.avoidance.rules import Avoidance
 from clearway.forecasts.bounds import HELD, words
 from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.models import models
@@ -47,6 +47,7 @@ class Forecaster:
         p = self._p = parameters
         self._step, self._count = float(step), int(count)
         self._models = models(p, self._step, self._count)
+        self._avoidance = Avoidance(p.avoidance, p.least)
         self._limits = Limits(
             p.speed,
             p.acceleration,
@@ -64,7 +65,7 @@ class Forecaster:
     def reset(self) -> None:
         """Forget everything."""
         self._t, self._n = math.nan, 0
-        self._intents = NOBODY
+        self._avoidance.reset()
         self._tracks = room(self._models, _ROOM)
 
     def update(self, t: float, obstacles: Obstacles) -> tuple[Forecast, tuple[str, ...]]:
@@ -87,8 +88,8 @@ class Forecaster:
         self._make_room(t, len(seen))
         told += self._advance(t, dt, seen)
         found = self._forecast(t, seen)
-        if self._p.avoidance and self._n:
-            self._intents = avoid(self._intents, dt, found, self._p.least)
+        if self._n:
+            self._avoidance.update(dt, found)
         return found, tuple(told)
 
     def _make_room(self, t: float, new: int) -> None:

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from clearway.quantities import Positive, Whole
 
 Share = Annotated[float, Field(gt=0, lt=1)]
+RULES = ("orca", "social-force")
+
+
+def _rules(value: Any) -> Any:
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, list | tuple) and value and all(name in RULES for name in value):
+        return tuple(name for name in RULES if name in value)
+    raise ValueError(f"must be true (by ORCA), false, or a list of rules: {', '.join(map(repr, RULES))}")
+
+
+Rules = Annotated[bool | tuple[Literal["orca", "social-force"], ...], BeforeValidator(_rules)]
+"""By which rules obstacles may avoid each other: some of `RULES`, or true, which is ORCA, or false, which is none."""
 
 
 class ForecastParameters(BaseModel):
@@ -61,7 +74,9 @@ class ForecastParameters(BaseModel):
     )
     agree: float = Field(default=1.0, ge=0, description="hypotheses nearer than so many sigma are one")
     least: Share = Field(default=0.02, description="a hypothesis less probable than that is left out")
-    avoidance: bool = Field(default=False, description="whether they may avoid each other, by ORCA")
+    avoidance: Rules = Field(
+        default=False, description="by which rules they may avoid each other, of orca and social-force; true: by orca"
+    )
     constant_velocity_only: bool = Field(default=False, description="no other kind of motion is expected")
 
     @model_validator(mode="after")

@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from clearway.errors import unknown
+from clearway.forecasts.parameters import Rules
 from clearway.quantities import NonNegative, Positive, Whole
 from clearway.robots import RobotTable
 
@@ -68,7 +69,9 @@ class Parameters(RobotTable):
     reverse: bool = Field(description="whether it may drive backwards, where the base can")
     obstacle_speed: Positive = Field(description="assumed bound of the obstacles' speed, m/s")
     obstacle_acceleration: Positive = Field(description="assumed bound of the obstacles' acceleration, m/s^2")
-    avoidance: bool = Field(description="whether forecasts hold that obstacles avoid each other, by ORCA, too")
+    avoidance: Rules = Field(
+        description="by which rules obstacles may avoid each other, of orca and social-force; true: by orca"
+    )
     memory: NonNegative = Field(description="an obstacle out of view for longer is forgotten, s")
     disturbance_position: NonNegative = Field(description="assumed bound of the displacement in a period, m")
     disturbance_heading: NonNegative = Field(description="the same of the heading, rad")

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from clearway.forecasts.parameters import Rules
 from clearway.quantities import NonNegative, Positive, Whole
 from clearway.robots import RobotTable
 
@@ -33,7 +34,8 @@ class Parameters(RobotTable):
     reverse_cost: NonNegative = Field(default=0.3, description="of reversing, s/s")
     own_spread: NonNegative = Field(default=0.03, description="standard deviation of the own position, m")
     most_spread: Positive = Field(default=0.25, description="no forecast counts as less certain than that, m")
-    avoidance: bool = Field(
-        default=False, description="whether forecasts hold that obstacles avoid each other, by ORCA, too"
+    avoidance: Rules = Field(
+        default=False,
+        description="by which rules obstacles may avoid each other, of orca and social-force; true: by orca",
     )
     ahead: Positive = Field(default=2.0, description="how far along its way the sample that keeps to it heads, m")
