@@ -134,6 +134,17 @@ def test_places_that_are_perceived_with_an_error_are_foretold_by_force_no_worse_
     assert found[str(FORCE)] < 0.7 * found["False"]
 
 
+def test_who_is_seen_within_others_is_not_flung_away() -> None:
+    t = STEP * np.arange(20.0)
+    ways = np.stack([np.column_stack([0.9 * t + 0.1 * k, 0.05 * k + 0.0 * t]) for k in range(4)], axis=1)
+    avoidance, forecaster = Avoidance(FORCE, 0.02), Forecaster(ForecastParameters(), STEP, STEP, AHEAD)
+    for k, place in enumerate(ways):
+        told = replace(seen(place, place), radius=np.full(4, 1.0), error=np.full(4, 0.05))
+        avoidance.update(STEP if k else np.nan, forecaster.update(STEP * k, told)[0])
+        assert np.abs(avoidance.known[0].place - place).max() < 0.5
+        assert np.abs(avoidance.known[0].velocity).max() < 5.0
+
+
 @pytest.mark.parametrize("rules", RULES)
 def test_who_has_not_moved_is_expected_to_stand(rules: list[str]) -> None:
     place = np.array([[0.0, 0.0], [1.0, 0.0]])

@@ -30,6 +30,8 @@ AWAY = 0.4
 """The same of a wish about the velocity at first, m/s."""
 CHANGE = 0.1
 """The same of what a wish changes by in a second, m/s."""
+PUSHED = 10.0
+"""Nobody is pushed by more than that, m/s^2: who is seen within others, by an error, would be flung away."""
 NOISE = 0.01
 """Of acceleration, by force and at constant velocity, m^2/s^3."""
 FORCED, STEADY = 0, 1
@@ -63,9 +65,10 @@ def learn(
             continue
         out.belief[i] = known.belief[j]
         predict(move, spread, mean, cov)
+        share = PUSHED / max(math.hypot(force[j, 0], force[j, 1]), PUSHED)
         for axis in range(2):
-            mean[axis, FORCED, 0] += move[FORCED, 0, 2] * TAU * force[j, axis]
-            mean[axis, FORCED, 1] += move[FORCED, 1, 2] * TAU * force[j, axis]
+            mean[axis, FORCED, 0] += move[FORCED, 0, 2] * TAU * share * force[j, axis]
+            mean[axis, FORCED, 1] += move[FORCED, 1, 2] * TAU * share * force[j, axis]
         straight, foretold = miss(place[i], mean[:, STEADY]) / dt, miss(place[i], mean[:, FORCED]) / dt
         correct(0, place[i, 0], place[i, 1], r, mean, cov, fit, off)
         out.place[i], out.velocity[i] = mean[:, FORCED, 0], mean[:, FORCED, 1]
