@@ -27,7 +27,7 @@ class Cluster:
         self._folder, self.file = folder, folder / "scheduler.json"
         self.scheduler = self._start("scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", str(self.file))
         until = time.monotonic() + 60.0
-        while not self.file.exists():
+        while not self.file.exists() or not self.file.stat().st_size:  # it is there before it is written
             assert time.monotonic() < until
             time.sleep(0.1)
         from distributed.utils import json

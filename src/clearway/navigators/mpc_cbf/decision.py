@@ -34,7 +34,7 @@ FOLLOWED, RELAXED, BRAKED, LIMITED, PATHLESS = range(5)
 """What a decision came to: (10) solved; it has no solution, and the inputs that break (10f) least; these would touch something, or
 break it no less than braking does: it brakes; the budget ended the search; there is no way to the goal."""
 
-_COST = 0.1
+COST = 0.1
 """By what the cost of (10a) is multiplied: its minimum is the same, and the penalty by which the solver keeps (10f) outweighs it."""
 _FLAT = 20.0  # m, radius at most of the disc that stands for a wall
 
@@ -175,7 +175,7 @@ def pose_problem(
     """Problem (10): from `pose` (3,) at `velocity` (2,), past `barriers`."""
     n, c, limits = settings.horizon, settings.period, settings.limits
     low, high = reachable(limits, velocity[0], velocity[1], n, c)
-    area, weights = np.empty((n, 4)), np.full(n, _COST)
+    area, weights = np.empty((n, 4)), np.full(n, COST)
     weights[n - 1] *= settings.terminal
     for k in range(n):
         for j in range(2):  # never beyond where it is: a robot at the rim must not be asked for the impossible
@@ -183,7 +183,7 @@ def pose_problem(
     return Problem(
         pose.copy(), velocity.copy(), reference, np.zeros((n, 2)), later, np.full(n, later.shape[1]), now, settings.gamma,
         pose[:2].copy(), np.full(n, math.inf), area, low, high, np.full(n, c * limits.deceleration), weights,
-        _COST * settings.effort, settings.heading_weight, c, True, n,
+        COST * settings.effort, settings.heading_weight, c, True, n,
     )  # fmt: skip
 
 
