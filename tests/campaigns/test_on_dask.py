@@ -93,7 +93,7 @@ def test_a_worker_that_is_killed_costs_nothing(tmp_path: Path, cluster: Cluster)
             killed.append(done)
             cluster.workers[0].send_signal(signal.SIGKILL)
 
-    asked = of_hospital("Drives", "Raises", "Hangs", repetitions=3)
+    asked = of_hospital("Drives", "Raises", "Hangs", repetitions=3, decision_limit=3.0)
     run_campaign(asked, tmp_path / "dask", scheduler=cluster.address, progress=kill)
     assert killed
     assert cluster.workers[0].wait(10) == -signal.SIGKILL

@@ -105,10 +105,9 @@ def test_what_cannot_be_mapped_is_said_in_one_line(flat: str, tmp_path: Path) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("plan", ["hall", "ward"])
-def test_shipped_plans_are_mapped(plan: str, tmp_path: Path) -> None:
+def test_the_ward_is_mapped(tmp_path: Path) -> None:
     robot = load_robot("tiago")
-    made = build_map(plan, robot, 0, tmp_path / "map")
-    alone = build_map(plan, robot, 0, tmp_path / "alone", scan_matching=False)
+    made = build_map("ward", robot, 0, tmp_path / "map")
+    alone = build_map("ward", robot, 0, tmp_path / "alone", scan_matching=False)
     assert made.f1 > 0.9
     assert alone.f1 < 0.7
