@@ -21,7 +21,7 @@ import numpy as np
 
 from clearway.contract import Command, Decision, Sensing, Task
 from clearway.geometry.shapes import FloatArray
-from clearway.identifying import Estimate, Identified, identify
+from clearway.identifying import Estimate, Identified, fit, identify
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.scenario import LegSpec, Scenario
 from clearway.world import simulate
@@ -110,8 +110,10 @@ def main() -> None:
     parser.add_argument("--robot", action="append", default=[])
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--smoke", action="store_true", help="one robot, one seed")
+    parser.add_argument("--smoke", action="store_true", help="one robot, one seed, few draws")
     asked = parser.parse_args()
+    if asked.smoke:
+        fit.DRAWS = 10
     rows = judged(("hosbot",) if asked.smoke else tuple(asked.robot) or ROBOTS, 1 if asked.smoke else asked.seeds)
     if asked.json:
         print(json.dumps(rows, indent=2))
