@@ -24,3 +24,9 @@ def relative(a: FloatArray, b: FloatArray) -> FloatArray:
     c, s = math.cos(a[2]), math.sin(a[2])
     dx, dy = b[0] - a[0], b[1] - a[1]
     return np.array((c * dx + s * dy, c * dy - s * dx, wrap(b[2] - a[2])))
+
+
+@kernel
+def inverse(a: FloatArray) -> FloatArray:
+    """The pose of the frame in which `a` is given as seen from `a`: (3,), theta in (-pi, pi]."""
+    return relative(a, np.zeros(3))

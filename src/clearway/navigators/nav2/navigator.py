@@ -19,7 +19,7 @@ import numpy as np
 
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Task
 from clearway.errors import unknown
-from clearway.geometry.frames import compose, relative
+from clearway.geometry.frames import compose, inverse
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.plans import to_frame
 from clearway.navigators.common.inputs import finite, own
@@ -186,8 +186,8 @@ class Nav2:
         """Decide for one control period."""
         o = own(observation)
         self._pose, self._odom_pose = o.pose, o.odom_pose
-        self._odom = compose(o.pose, relative(o.odom_pose, _ORIGIN))  # pose of the odom frame in the map
-        self._map = relative(self._odom, _ORIGIN)  # pose of the map frame in the odom frame
+        self._odom = compose(o.pose, inverse(o.odom_pose))  # pose of the odom frame in the map
+        self._map = inverse(self._odom)  # pose of the map frame in the odom frame
         self._said = None
         velocity = Velocity(
             float(o.velocity[0]), float(o.velocity[2]) if len(o.velocity) > 2 else 0.0, float(o.velocity[1])

@@ -65,8 +65,7 @@ class FeasiblePathHandler:
         left = self._end - self._begin
         if left == 0 or (left == 1 and p.reject_unit_path):
             raise ControllerFailed(f"the path has {left} poses")
-        ox, oy = view.origin
-        grid = Frame(float(ox), float(oy), view.resolution, view.cost.shape[0], view.cost.shape[1])
+        grid = view.frame
         search = p.max_robot_pose_search_dist
         if search is None:
             search = max(view.cost.shape) * view.resolution / 2.0

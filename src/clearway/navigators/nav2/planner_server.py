@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 
 from clearway.geometry.compiled import kernel
-from clearway.geometry.frames import relative
+from clearway.geometry.frames import inverse, relative
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Scene, footprint_cost, make_scene, row_col
 from clearway.navigators.common.costmaps.layers import FREE, INSCRIBED, LETHAL, UNKNOWN
@@ -25,8 +25,6 @@ from clearway.navigators.nav2.parameters import servers as parameters
 from clearway.navigators.nav2.parameters.branch import Branch
 from clearway.navigators.nav2.plugins import make_planner
 from clearway.navigators.nav2.seams import CostView, GoalOccupied, NoPath, Planner, StartOccupied
-
-_ORIGIN = np.zeros(3)
 
 
 class _Failed(Exception):
@@ -157,7 +155,7 @@ class PlannerServer:
         grid = costmap.cost if not request.layer else costmap.layer_grid(request.layer)
         if not costmap.current or grid is None:
             return None
-        path = moved(request.path, relative(frame, _ORIGIN))
+        path = moved(request.path, inverse(frame))
         begin = int(np.argmin((path[:, 0] - pose[0]) ** 2 + (path[:, 1] - pose[1]) ** 2))
         end = first_after(path, begin, request.lookahead) if request.lookahead > 0.0 else len(path)
         outline = np.array(request.outline) if request.outline else costmap.footprint

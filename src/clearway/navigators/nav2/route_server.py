@@ -12,9 +12,8 @@ from typing import cast
 import numpy as np
 
 from clearway.errors import ClearwayError
-from clearway.geometry.frames import relative
+from clearway.geometry.frames import inverse, relative
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.common.costmaps.footprint import Frame
 from clearway.navigators.nav2.behavior_tree.paths import moved
 from clearway.navigators.nav2.behavior_tree.routes import Routed, RouteRequest
 from clearway.navigators.nav2.behavior_tree.servers import Error, Job
@@ -116,9 +115,8 @@ class RouteServer:
 
     def _ground(self, frame: FloatArray) -> Ground:
         view, places = self._costmap.view(), self._graph.places
-        there = moved(np.column_stack((places, np.zeros(len(places)))), relative(frame, np.zeros(3)))
-        cells = Frame(float(view.origin[0]), float(view.origin[1]), view.resolution, *view.cost.shape)
-        return Ground(view.cost, cells, np.ascontiguousarray(there[:, :2]))
+        there = moved(np.column_stack((places, np.zeros(len(places)))), inverse(frame))
+        return Ground(view.cost, view.frame, np.ascontiguousarray(there[:, :2]))
 
     def _node(self, pose: FloatArray, frame: FloatArray, ground: Ground, most: int) -> int:
         """Index of the node at which a route from or to a pose begins or ends."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.costmaps.footprint import Frame
 from clearway.navigators.common.costmaps.layers import ByteGrid
 
 
@@ -71,6 +72,11 @@ class CostView(NamedTuple):
     inflation: float
     tracks_unknown: bool
     circular: bool = False
+
+    @property
+    def frame(self) -> Frame:
+        """Where its cells are."""
+        return Frame(float(self.origin[0]), float(self.origin[1]), self.resolution, *self.cost.shape)
 
 
 class Tolerances(NamedTuple):

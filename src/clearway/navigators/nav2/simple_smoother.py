@@ -70,7 +70,7 @@ def smoothed(path: FloatArray, view: CostView, parameters: SimpleSmoother) -> Fl
     p = parameters
     times = 1 + (p.refinement_num if p.do_refinement else 0)
     weights = Weights(p.tolerance, p.max_its, p.w_data, p.w_smooth, times, p.enforce_path_inversion)
-    frame = Frame(float(view.origin[0]), float(view.origin[1]), view.resolution, *view.cost.shape)
+    frame = view.frame
     new = np.array(path, dtype=np.float64)
     _smooth(new, view.cost, frame, weights)
     return new

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 from typing import cast
 
-import numpy as np
-
 from clearway.geometry.compiled import kernel
-from clearway.geometry.frames import relative
+from clearway.geometry.frames import inverse
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import LETHAL, Scene, make_scene, row_col
 from clearway.navigators.nav2.behavior_tree.paths import moved
@@ -21,8 +19,6 @@ from clearway.navigators.nav2.costmaps.costmap import Costmap
 from clearway.navigators.nav2.footprint import cost_at_pose
 from clearway.navigators.nav2.parameters.branch import Branch
 from clearway.navigators.nav2.simple_smoother import SimpleSmoother, smoothed
-
-_ORIGIN = np.zeros(3)
 
 
 class SmootherServer:
@@ -69,7 +65,7 @@ class SmootherServer:
             job.abort(Error.GOAL_REJECTED, "there is no path to smooth")
             return
         view = self._costmap.view()
-        path = smoothed(moved(request.path, relative(frame, _ORIGIN)), view, smoother)
+        path = smoothed(moved(request.path, inverse(frame)), view, smoother)
         if request.checked:
             hit = _first_hit(make_scene(view.cost, view.origin, view.resolution, view.footprint), path)
             if hit >= 0:

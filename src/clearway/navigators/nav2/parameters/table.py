@@ -25,10 +25,9 @@ from clearway.navigators.nav2.parameters.nav2_parameters import (
     tables_of,
 )
 from clearway.navigators.nav2.parameters.servers import BtNavigator
-from clearway.navigators.nav2.presets.preset import TABLE
+from clearway.navigators.nav2.presets.preset import TABLE, own_tables
 from clearway.navigators.nav2.route_server import read_routes
 from clearway.robots import Robot
-from clearway.robots.tables import TUNED_ON
 
 ABOUT = "defaults are those of Nav2's branch main (a3a97043), and where jazzy's differ they are shown"
 _ORDER: tuple[Status, ...] = ("read", "default", "missing", "ignored", "unknown")
@@ -83,7 +82,7 @@ def read_own(robot: Robot, *, mapped: bool) -> Parameters:
         ClearwayError: something in the robot's file is wrong, or nothing reads it.
     """
     file, where = f"robot {robot.name}", f"navigators.{TABLE}"
-    own = {server: table for server, table in robot.navigators.get(TABLE, {}).items() if server != TUNED_ON}
+    own = own_tables(robot)
     for server, table in own.items():
         if server not in ALL:
             raise unknown("server of Nav2", server, ALL, file=file, field=f"{where}.{server}")

@@ -82,9 +82,14 @@ def without_map(preset: Preset) -> Preset:
     return preset._replace(source=f"{preset.source}, without a map", tables=tables)
 
 
+def own_tables(robot: Robot) -> dict[str, Any]:
+    """What a robot's file holds for Nav2's servers."""
+    return {server: table for server, table in robot.navigators.get(TABLE, {}).items() if server != TUNED_ON}
+
+
 def with_own(preset: Preset, robot: Robot) -> Preset:
     """The same with what the robot's file holds for Nav2's servers, in `[navigators.nav2]`, put in."""
-    own = {server: table for server, table in robot.navigators.get(TABLE, {}).items() if server != TUNED_ON}
+    own = own_tables(robot)
     if not own:
         return preset
     tables = _frozen(overridden(preset.tables, own))

@@ -65,8 +65,7 @@ class Rollouts:
         self.path = Path(*(np.ascontiguousarray(column, np.float32) for column in path.T))
         steps = np.diff(path[:, :2], axis=0)
         self.length = np.float32(np.hypot(steps[:, 0], steps[:, 1]).sum())
-        rows, columns = view.cost.shape
-        self.frame = Frame(float(view.origin[0]), float(view.origin[1]), view.resolution, rows, columns)
+        self.frame = view.frame
 
     @cached_property
     def furthest(self) -> int:
