@@ -1,11 +1,8 @@
-"""Nav2's action nodes (nav2_behavior_tree/plugins/action): clients of the servers, and small helpers of their own."""
+"""Nav2's action nodes that ask a server something (nav2_behavior_tree/plugins/action), and the selectors of its plug-ins."""
 
 from __future__ import annotations
 
-import math
 from typing import Any, ClassVar, NamedTuple
-
-import numpy as np
 
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.nav2.behavior_tree.nodes import (
@@ -25,7 +22,7 @@ from clearway.navigators.nav2.behavior_tree.nodes import (
     Status,
     TreeError,
 )
-from clearway.navigators.nav2.behavior_tree.paths import EMPTY, Pruned, first_after
+from clearway.navigators.nav2.behavior_tree.paths import EMPTY
 from clearway.navigators.nav2.behavior_tree.servers import Error, Job, Validity
 
 
@@ -399,59 +396,6 @@ class ValidatePath(Node):
         return Status.FAILURE if bad else Status.SUCCESS
 
 
-class TruncatePathLocal(Node):
-    """The part of a path around the robot (truncate_path_local_action.cpp)."""
-
-    PORTS: ClassVar[Ports] = {
-        "input_path": VALUE,
-        "output_path": VALUE,
-        "distance_forward": Port(NUMBER, 8.0),
-        "distance_backward": Port(NUMBER, 4.0),
-        "robot_base_frame": IGNORED,
-        "transform_tolerance": IGNORED,
-        "pose": VALUE,
-        "angular_distance_weight": Port(NUMBER, 0.0),
-        "max_robot_pose_search_dist": Port(NUMBER, math.inf),
-    }
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self._where = Pruned()
-
-    def tick(self) -> Status:
-        path = self.value("input_path")
-        if path is None or not len(path):
-            self.give("output_path", EMPTY)
-            return Status.SUCCESS
-        pose = self.value("pose")
-        weight, search = self.value("angular_distance_weight"), self.value("max_robot_pose_search_dist")
-        at = self._where.index(path, self.servers.pose if pose is None else pose, search, weight)
-        ahead, behind = self.value("distance_forward"), self.value("distance_backward")
-        end = first_after(path, at, math.inf if ahead < 0.0 else ahead)
-        begin = at + 1 - first_after(path[at::-1], 0, behind)
-        self.give("output_path", path[begin:end])
-        return Status.SUCCESS
-
-
-class TruncatePath(Node):
-    """A path without its last stretch (truncate_path_action.cpp)."""
-
-    PORTS: ClassVar[Ports] = {"input_path": VALUE, "output_path": VALUE, "distance": Port(NUMBER, 1.0)}
-
-    def tick(self) -> Status:
-        path = self.value("input_path")
-        if path is None or not len(path):
-            self.give("output_path", EMPTY)
-            return Status.SUCCESS
-        last, n = path[-1], len(path)
-        while n > 2 and math.hypot(*(path[n - 1, :2] - last[:2])) < self.value("distance"):
-            n -= 1
-        cut = np.array(path[:n])
-        cut[-1, 2] = math.atan2(last[1] - cut[-1, 1], last[0] - cut[-1, 0])
-        self.give("output_path", cut)
-        return Status.SUCCESS
-
-
 class _Selector(Node):
     """Gives the plug-in that is chosen: nobody publishes another, so always the default (controller_selector_node.cpp)."""
 
@@ -489,8 +433,6 @@ ACTIONS: dict[str, type[Node]] = {
         ClearCostmapExceptRegion,
         ClearCostmapAroundRobot,
         ValidatePath,
-        TruncatePathLocal,
-        TruncatePath,
         _selector("ControllerSelector", "controller"),
         _selector("PlannerSelector", "planner"),
         _selector("GoalCheckerSelector", "goal_checker"),
