@@ -13,6 +13,8 @@ BAG_METADATA = 256 << 10
 """Bytes of a ROS 2 bag's metadata.yaml; a topic takes about 0.5 kB."""
 ROS_PARAMETERS = 128 << 10
 """Bytes of a file of ROS parameters; Nav2's own, which has every server, has 15 kB."""
+TREE_NODES = 10_000
+"""Nodes of a behaviour tree whose subtrees are written out; the largest that ships with Nav2 has 49."""
 JSON = 96 << 20
 """Bytes of a results directory's campaign.json, which has a line of 85 bytes for each scenario and robot; a million have 85 MB."""
 JSON_ENTRIES = 2_000_000

@@ -479,6 +479,27 @@ def test_the_tree_that_follows_a_point_plans_at_1_hz_and_never_arrives(version):
     assert [i for i, (_, log) in enumerate(told) if "follow_path" in log] == [1, 12, 23]  # each time with the new path
 
 
+def _nested(depth: int, times: int) -> str:
+    """Of a tree that has the next one as often inside, and so on."""
+    inside = [f"<SubTree ID='T{i + 1}'/>" * times for i in range(depth)]
+    trees = [f"<BehaviorTree ID='T{i}'><Sequence>{text}</Sequence></BehaviorTree>" for i, text in enumerate(inside)]
+    return f"<root main_tree_to_execute='T0'>{''.join(trees)}<BehaviorTree ID='T{depth}'><Spin/></BehaviorTree></root>"
+
+
+@pytest.mark.parametrize(
+    ("depth", "times", "words"),
+    [
+        (14, 2, "65,533 nodes once its subtrees are written out; at most 10,000"),
+        (15, 100, "at most 10,000"),
+        (20, 1, "deeper"),
+    ],
+)
+def test_subtrees_are_no_bomb(depth: int, times: int, words: str) -> None:
+    with pytest.raises(ClearwayError, match=words):
+        parse_trees(_nested(depth, times), "mine.xml")
+    parse_trees(_nested(5, 4), "mine.xml")
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [

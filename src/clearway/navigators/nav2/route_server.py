@@ -22,7 +22,7 @@ from clearway.navigators.nav2.parameters import routes as parameters
 from clearway.navigators.nav2.parameters.branch import Branch
 from clearway.navigators.nav2.routes.cells import Ground, in_reach
 from clearway.navigators.nav2.routes.dense import Shape, dense
-from clearway.navigators.nav2.routes.graph import Edge, Graph, read_graph
+from clearway.navigators.nav2.routes.graph import Edge, Graph, NoNode, read_graph
 from clearway.navigators.nav2.routes.scorers import Ask, InvalidUse, Scorer, make_scorer
 from clearway.navigators.nav2.routes.search import NoRoute, Pruning, Route, TookTooLong, nearest, pruned, search
 from clearway.reading import is_there
@@ -76,8 +76,8 @@ class RouteServer:
             job.abort(Error.ROUTE_TIMEOUT, str(failure))
         except InvalidUse as failure:
             job.abort(Error.INVALID_EDGE_SCORER_USE, str(failure))
-        except KeyError as failure:
-            job.abort(Error.ROUTE_UNKNOWN, f"the graph has no node {failure.args[0]}")
+        except NoNode as failure:
+            job.abort(Error.ROUTE_UNKNOWN, str(failure))
 
     def _routed(self, request: RouteRequest, pose: FloatArray, frame: FloatArray) -> Routed:
         """The route and its path.
@@ -86,7 +86,7 @@ class RouteServer:
             NoRoute: nothing leads there.
             TookTooLong: the search does.
             InvalidUse: a scorer can't tell of this request.
-            KeyError: a node that is named is not there.
+            NoNode: a node that is named is not there.
         """
         p, graph = self._parameters, self._graph
         ground = self._ground(frame)

@@ -153,13 +153,18 @@ def parse_trees(text: str, source: str) -> Trees:
     found = Trees(main, trees, source)
     for tree in trees.values():
         check(tree, found)
-    _no_circle(found, main, ())
+    _bounded(found)
     return found
+
+
+def _too_deep(source: str) -> ClearwayError:
+    """The error that tells of more levels than are taken."""
+    return ClearwayError(f"nodes stand deeper in each other than {limits.NESTING}", file=source)
 
 
 def _read(element: ElementTree.Element, source: str, depth: int) -> Spec:
     if depth > limits.NESTING:
-        raise ClearwayError(f"nodes stand deeper in each other than {limits.NESTING}", file=source)
+        raise _too_deep(source)
     kind, ports = element.tag, dict(element.attrib)
     if kind in _WRITTEN:  # the explicit notation: <Action ID="Spin"/>
         kind = ports.pop("ID", "")
@@ -238,28 +243,53 @@ def _ports(spec: Spec, kind: type[Node], source: str) -> dict[str, Any]:
     return given
 
 
-def _no_circle(trees: Trees, name: str, above: tuple[str, ...]) -> None:
-    if name in above:
-        raise ClearwayError(f"the tree {name!r} stands in itself ({' > '.join((*above, name))})", file=trees.source)
+def _bounded(trees: Trees) -> None:
+    """See that the main tree can be built: no tree stands in itself, and what subtrees are written out to stays small.
 
-    def inside(spec: Spec) -> None:
+    Raises:
+        ClearwayError: It doesn't.
+    """
+    known: dict[str, tuple[int, int]] = {}  # of each tree how many nodes it has, and how deep they stand
+
+    def measured(name: str, above: tuple[str, ...]) -> tuple[int, int]:
+        if name in above:
+            raise ClearwayError(f"the tree {name!r} stands in itself ({' > '.join((*above, name))})", file=trees.source)
+        if len(above) >= limits.NESTING:
+            raise _too_deep(trees.source)
+        if name not in known:
+            known[name] = inside(trees.trees[name], (*above, name))
+        return known[name]
+
+    def inside(spec: Spec, above: tuple[str, ...]) -> tuple[int, int]:
         if spec.kind == "SubTree":
-            _no_circle(trees, spec.ports["ID"], (*above, name))
-        for child in spec.children:
-            inside(child)
+            below = [measured(spec.ports["ID"], above)]
+        else:
+            below = [inside(child, above) for child in spec.children]
+        return 1 + sum(nodes for nodes, _ in below), 1 + max((depth for _, depth in below), default=0)
 
-    inside(trees.trees[name])
+    nodes, depth = measured(trees.main, ())
+    if depth > limits.NESTING:
+        raise _too_deep(trees.source)
+    if nodes > limits.TREE_NODES:
+        raise ClearwayError(
+            f"has {nodes:,} nodes once its subtrees are written out; at most {limits.TREE_NODES:,} are taken",
+            file=trees.source,
+        )
 
 
 def asked(trees: Trees) -> frozenset[str]:
     """The servers that the main tree asks, of those that are started only for such a tree."""
-
-    def inside(spec: Spec) -> set[str]:
-        below = [trees.trees[spec.ports["ID"]]] if spec.kind == "SubTree" else spec.children
-        own = {KINDS[spec.kind].SERVER} if spec.kind != "SubTree" else set()
-        return own.union(*map(inside, below))
-
-    return frozenset(inside(trees.trees[trees.main]) - {""})
+    found: set[str] = set()
+    seen, left = {trees.main}, [trees.trees[trees.main]]
+    while left:
+        spec = left.pop()
+        left += spec.children
+        if spec.kind != "SubTree":
+            found.add(KINDS[spec.kind].SERVER)
+        elif (name := spec.ports["ID"]) not in seen:
+            seen.add(name)
+            left.append(trees.trees[name])
+    return frozenset(found - {""})
 
 
 def build(trees: Trees, board: Blackboard, servers: Servers, *, wrap_around: bool = False) -> Node:

@@ -23,6 +23,10 @@ _MOST = 2**32
 _LINES = ("LineString", "MultiLineString")
 
 
+class NoNode(Exception):
+    """The graph has no node of that name."""
+
+
 class Edge(NamedTuple):
     """A way from one node to another.
 
@@ -66,10 +70,10 @@ class Graph(NamedTuple):
         """Index of the node that the file calls so.
 
         Raises:
-            KeyError: There is none.
+            NoNode: There is none.
         """
         if id not in self.ids:
-            raise KeyError(id)
+            raise NoNode(f"the graph has no node {id}")
         return self.ids.index(id)
 
     def length(self, edge: Edge) -> float:
