@@ -1,7 +1,8 @@
-"""`clearway check` of a suite that is written in Python: as of every other one, by its address."""
+"""`clearway check` of a suite: one that is written in Python, by its address, and one in a file, with the robots that it names."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,23 @@ def test_each_scenario_with_each_of_its_robots(clearway: Shell, tmp_path: Path) 
 def test_what_is_wrong_with_it_is_a_problem(clearway: Shell, tmp_path: Path, old: str, new: str, problem: str) -> None:
     code, said = _check(clearway, tmp_path, old, new)
     assert (code, problem in said) == (1, True), said
+
+
+def test_a_suites_file_is_checked_with_the_robots_that_it_names(clearway: Shell, tmp_path: Path) -> None:
+    examples = Path(__file__).parents[2] / "examples"
+    shutil.copy(examples / "my_corridor.toml", tmp_path)
+    robot = (examples / "my_robot.toml").read_text()
+    (tmp_path / "broad.toml").write_text(robot.replace("[[0.35, 0.25], [-0.35, 0.25]", "[[0.35, 1.5], [-0.35, 1.5]"))
+    suite = tmp_path / "suite.toml"
+    suite.write_text('name = "own"\nfiles = ["my_corridor.toml"]\nrobots = ["tiago", "broad.toml", "gone.toml"]\n')
+    said = clearway("check", suite)
+    assert f"{suite}: robots.2: {tmp_path / 'gone.toml'}: no such file" in said.err
+    assert "cart at the goal 'forth' (13.5, 0.3) would stand in" in said.err
+    assert clearway("check", suite, "--robot", "tiago").code == 0
+
+
+def test_a_robots_file_with_the_name_of_a_shipped_robot_is_told(clearway: Shell, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text((Path(__file__).parents[2] / "examples" / "my_robot.toml").read_text().replace('"cart"', '"tiago"'))
+    said = clearway("check", path)
+    assert (said.code, "'tiago' is the name of the robot 'tiago' too" in said.err) == (1, True)

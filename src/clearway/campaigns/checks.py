@@ -10,6 +10,7 @@ from typing import Any
 
 from clearway.campaigns.conformance import check_navigator
 from clearway.campaigns.pilot import DECISION_LIMIT, guarded, prepare_limit
+from clearway.campaigns.plan import refuse_namesakes
 from clearway.campaigns.robot_tables import table_problems
 from clearway.errors import ClearwayError, shown
 from clearway.foreign import said
@@ -28,7 +29,7 @@ from clearway.robots import Robot, load_robot, robot_names
 from clearway.scenarios import check
 from clearway.scenarios.behaviours import find_behaviour
 from clearway.scenarios.check import check_plan
-from clearway.scenarios.files import SuiteSpec, kind_of, scenarios_in
+from clearway.scenarios.files import SuiteSpec, kind_of, load_suite_file, scenarios_in
 from clearway.scenarios.floor_plan_files import floor_plan_names
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
@@ -55,11 +56,16 @@ def findings(target: str, robot: str | None = None, decision_limit: float | None
         ClearwayError: there is no such thing.
     """
     driver = load_robot(robot or ROBOT)
+    path = Path(target)
     if NAVIGATORS.scheme_of(target) is not None:
         yield from _navigator(target, driver, decision_limit)
-    elif Path(target).suffix in (".toml", ".yaml", ".yml"):
-        yield from ((False, str(problem)) for problem in check_file(Path(target), driver))
-        yield from ((True, text) for text in about_file(Path(target)))
+    elif path.suffix in (".toml", ".yaml", ".yml"):
+        own = _usual_robots(path) if robot is None else []
+        wrong = [e for e in own if isinstance(e, ClearwayError)]
+        drivers = [r for r in own if isinstance(r, Robot)] or [driver]
+        told = dict.fromkeys(map(str, wrong + [e for d in drivers for e in check_file(path, d)]))
+        yield from ((False, problem) for problem in told)
+        yield from ((True, text) for text in about_file(path))
     elif target.partition(":")[0] in robot_names():
         yield from ((False, str(problem)) for problem in table_problems(load_robot(target)))
         yield True, f"the robot {load_robot(target).title!r} is read"
@@ -114,6 +120,21 @@ def _suite(name: str, robot: str | None) -> Iterator[Said]:
     yield from ((False, str(problem)) for problem in _code_problems(every, name))
 
 
+def _usual_robots(path: Path) -> list[Robot | ClearwayError]:
+    """The robots that a suite's file names, or what is wrong with them; none where it is no such file, or a wrong one, as `check_file` says."""
+    try:
+        names = load_suite_file(path).robots if path.suffix == ".toml" and kind_of(read_toml(path)) is SuiteSpec else ()
+    except ClearwayError:
+        return []
+    found = list[Robot | ClearwayError]()
+    for i, name in enumerate(names):
+        try:
+            found.append(load_robot(name))
+        except ClearwayError as error:
+            found.append(ClearwayError(str(error), file=path, field=f"robots.{i}"))
+    return found
+
+
 def _nothing_of(target: str) -> ClearwayError:
     kinds = {"navigator": navigator_names(), "robot": robot_names(), "suite": suite_names(), "plan": floor_plan_names()}
     every = {name: kind for kind, names in kinds.items() for name in names}
@@ -144,6 +165,10 @@ def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
     if (kind := kind_of(read_toml(path))) is not Robot:
         return list(_code_problems(scenarios_in(path), path)) if kind in (Scenario, SuiteSpec) else []
     told: dict[tuple[str | None, str], ClearwayError] = {}
+    try:
+        refuse_namesakes([str(path)])
+    except ClearwayError as error:
+        told[(error.field, error.problem)] = error
     for preset in ("", *load_robot(str(path)).presets):
         where, before = (f"{path}:{preset}", f"presets.{preset}.") if preset else (str(path), "")
         for e in table_problems(load_robot(where)):
