@@ -66,6 +66,7 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
             return ClearwayError(finding["msg"].removeprefix("Value error, "), file=file, field=field)
         case _:
             message = finding["msg"][0].lower() + finding["msg"][1:]
+            message = message.replace("tuple", "list").replace(" after validation", "")  # as a file has it
             return ClearwayError(f"{shown(value)} is wrong: {message}", file=file, field=field)
 
 

@@ -131,6 +131,8 @@ def test_a_sound_scenario(tmp_path: Path) -> None:
         ("edge = 0.3", "edge = 0.0", "obstacles.0.shape.edge: 0.0 is wrong: input should be greater than or equal to 0.0001"),
         ("edge = 0.3", "egde = 0.3", "obstacles.0.shape.egde: unknown key; did you mean 'edge'?"),
         ("pose = [3.0, 2.0, 0.0]\n", "", "obstacles.0: the obstacle 'box' needs one of these: a pose (static), runs (moving), an oscillation (moving), a motion (moving)"),
+        ("pose = [3.0, 2.0, 0.0]\n", 'pose = [3.0, 2.0, 0.0]\nruns = [{ leg = "there", path = [[3.0, 2.0], [4.0, 2.0]], speed = 0.5 }]\n', "obstacles.0: the obstacle 'box' has pose and runs; leave all but one of them out"),
+        ("goal = [9.0, 1.0, 0.0]", "goal = [9,0, 1,0, 0,0]", "legs.0.goal: [9, 0, 1, 0, 0, 0] is wrong: list should have at most 3 items, not 6"),
         ('leg = "there"', 'leg = "their"', "the obstacle 'visitor' runs on a leg 'their'; legs: there"),
         ('name = "visitor"', 'name = "box"', "two obstacles have the name 'box'"),
         ("room.toml", "ward2", "floor_plan: unknown floor plan 'ward2'; did you mean 'ward'?"),
@@ -227,6 +229,8 @@ def test_a_suite_that_names_a_missing_file(tmp_path: Path) -> None:
     path = tmp_path / "s.toml"
     path.write_text('name = "s"\nfiles = ["gone.toml"]\n')
     assert str(check_file(path)[0]) == f"{tmp_path / 'gone.toml'}: no such file"
+    shutil.copy(EXAMPLES / "my_robot.toml", tmp_path / "gone.toml")
+    assert str(check_file(path)[0]) == f"{tmp_path / 'gone.toml'}: is the file of a robot, and a scenario is wanted"
     path.write_text('name = "s"\nrepetitions = 2\n')
     assert "a suite needs at least one scenario" in str(check_file(path)[0])
 

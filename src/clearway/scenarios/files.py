@@ -195,6 +195,14 @@ class _Maker:
         return made
 
 
+_CALLED: dict[type[BaseModel], str] = {
+    Scenario: "scenario",
+    SuiteSpec: "suite",
+    Robot: "robot",
+    FloorPlanSpec: "floor plan",
+}
+
+
 def kind_of(table: dict[str, Any]) -> type[BaseModel]:
     """Which kind of file has most of these keys: `Scenario`, `SuiteSpec`, `Robot` or `FloorPlanSpec`."""
     kinds: tuple[type[BaseModel], ...] = (Scenario, SuiteSpec, Robot, FloorPlanSpec)
@@ -203,8 +211,11 @@ def kind_of(table: dict[str, Any]) -> type[BaseModel]:
 
 
 def _first(model: type[Model], path: Path) -> Model:
-    found, wrong = parse(model, read_toml(path), path)
+    table = read_toml(path)
+    found, wrong = parse(model, table, path)
     if found is None:
+        if (kind := kind_of(table)) is not model:
+            raise ClearwayError(f"is the file of a {_CALLED[kind]}, and a {_CALLED[model]} is wanted", file=path)
         raise wrong[0]
     return found
 

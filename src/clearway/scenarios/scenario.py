@@ -148,7 +148,10 @@ class ObstacleSpec(Table):
 
     @model_validator(mode="after")
     def _static_or_moving(self) -> ObstacleSpec:
-        if sum((self.pose is not None, bool(self.runs), self.oscillation is not None, self.motion is not None)) != 1:
+        given = [f for f in ("pose", "runs", "oscillation", "motion") if getattr(self, f)]
+        if len(given) > 1:
+            raise ValueError(f"the obstacle {self.name!r} has {' and '.join(given)}; leave all but one of them out")
+        if not given:
             raise ValueError(
                 f"the obstacle {self.name!r} needs one of these: a pose (static), runs (moving), an oscillation (moving),"
                 " a motion (moving)"
