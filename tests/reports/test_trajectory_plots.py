@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +11,8 @@ import numpy as np
 import clearway
 from clearway.contract import BodyKind
 from clearway.geometry.shapes import rectangle
-from clearway.reports.trajectory_plots import around
+from clearway.reports import theme
+from clearway.reports.trajectory_plots import around, floor
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Body, Trial
@@ -37,3 +40,19 @@ def test_between_walls_their_lanes_are_cut_short() -> None:
     low_x, _, high_x, _ = around([between], driven=False)
     begin = trial.moving_obstacles[0, :, 0]
     assert ((begin < low_x) | (begin > high_x)).any()
+
+
+def test_the_ends_of_all_legs_are_named_each_place_once() -> None:
+    trial = trial_of("crowd", "crowdnav-disc", "circle-invisible")
+    (way,) = trial.attempt.legs
+    corners = [np.array(at) for at in ((0.0, 0.0, 0.0), (5.0, 0.0, 0.0), (5.0, 4.0, 0.0), (0.0, 0.0, 0.0))]
+    legs = tuple(replace(way, start=a, goal=b) for a, b in itertools.pairwise(corners))
+    ax = theme.new_figure(4.0, 4.0).add_subplot()
+    floor(ax, replace(trial, attempt=replace(trial.attempt, legs=legs)), (-1.0, -1.0, 6.0, 5.0))
+    named = {text.get_text(): text.get_position() for text in ax.texts}
+    assert {"A", "B", "C"} <= set(named)
+    assert "D" not in named
+    for name, corner in zip("ABC", corners, strict=False):
+        assert math.dist(named[name], corner[:2]) < 1.0
+    lines = {tuple(map(tuple, line.get_xydata().tolist())) for line in ax.lines if line.is_dashed()}
+    assert lines == {((0.0, 0.0), (5.0, 0.0)), ((5.0, 0.0), (5.0, 4.0)), ((5.0, 4.0), (0.0, 0.0))}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Sequence
+from string import ascii_uppercase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +33,8 @@ _ROOMIEST = 1.5
 """Area of a box that all panels share over that which the largest needs, at most."""
 _PIECE = 0.15
 """Radius of a piece of wall, m, of which a course is built."""
+_APART = 0.3
+"""Ends of legs that are nearer to each other are one place, m."""
 _FILLS = {BodyKind.WALL: theme.FIXTURE, BodyKind.FURNITURE: theme.FURNITURE} | dict.fromkeys(PLACED, theme.OBSTACLE)
 
 
@@ -237,25 +240,30 @@ def _frame(ax: Axes, box: tuple[float, float, float, float]) -> None:
 
 
 def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
-    """Walls and furniture, the line between the ends of the scored legs, and their names."""
+    """Walls and furniture, the lines between the ends of the legs, and the ends' names: A where the first begins, B where it ends, C the
+    next place that is none of these."""
     _bodies(ax, [b for b in trial.attempt.bodies if b.kind not in PLACED], edge)
-    legs = trial.attempt.legs[:1]
-    ends = [(end, name) for leg in legs for end, name in ((leg.start, "A"), (leg.goal, "B")) if known_positions(end)]
-    if not ends:
-        return
-    ax.plot(
-        *zip(*[e[:2] for e, _ in ends], strict=True), color=theme.MARK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=2
-    )
-    footprint = trial.attempt.footprint
+    footprint, legs = trial.attempt.footprint, trial.attempt.legs
     beyond = 0.2 + (circumscribed_radius(footprint) if footprint is not None else 0.15)
-    along = ends[-1][0][:2] - ends[0][0][:2] if len(ends) > 1 else np.array([1.0, 0.0])
-    beside = np.array([along[1], -along[0]]) / max(
-        float(np.hypot(*along)), 1e-9
-    )  # a moving obstacle may come along the line
-    for end, name in ends:
-        ax.plot(*end[:2], marker="o", markersize=3.5, color=theme.MARK, zorder=6)
-        x, y = (end[:2] + beyond * beside).tolist()
-        ax.text(x, y, name, color=theme.MARK, weight="bold", ha="center", va="center", zorder=8)
+    letters, places, lines = iter(ascii_uppercase), dict[str, FloatArray](), set[frozenset[str]]()
+    if legs and not known_positions(legs[0].start):
+        next(letters)
+    for leg in legs:
+        ends = [end[:2] for end in (leg.start, leg.goal) if known_positions(end)]
+        along = ends[1] - ends[0] if len(ends) > 1 else np.array([1.0, 0.0])
+        beside = np.array([along[1], -along[0]]) / max(float(np.hypot(*along)), 1e-9)  # one may come along the line
+        names = []
+        for end in ends:
+            name = next((n for n, place in places.items() if np.hypot(*(place - end)) < _APART), None)
+            if name is None and (name := next(letters, None)) is not None:
+                places[name] = end
+                x, y = (end + beyond * beside).tolist()
+                ax.plot(*end, marker="o", markersize=3.5, color=theme.MARK, zorder=6)
+                ax.text(x, y, name, color=theme.MARK, weight="bold", ha="center", va="center", zorder=8)
+            names += [] if name is None else [name]
+        if len(line := frozenset(names)) > 1 and line not in lines:
+            lines.add(line)
+            ax.plot(*np.transpose(ends), color=theme.MARK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=2)
 
 
 def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha: float = 1.0) -> None:
