@@ -405,6 +405,9 @@ def test_compare_needs_something_in_common():
     with pytest.raises(ClearwayError, match="at least two"):
         compare_all({"a": a})
     assert len(compare_all({"a": a, "b": a, "c": a})) == 3
+    assert [(c.a, c.b) for c in compare_all({"a": a, "b": b, "c": a, "d": b})] == [("a", "c"), ("b", "d")]
+    with pytest.raises(ClearwayError, match="a and b have no test in common"):
+        compare_all({"a": a, "b": b})
     assert compare(a, a).differences["p"].to_pylist()[0] == 1.0
 
 

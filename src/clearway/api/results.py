@@ -132,10 +132,10 @@ def compare(
         out: A folder for a page with figures, and a CSV table; None: none is written.
 
     Returns:
-        A comparison a pair, the later against the earlier.
+        A comparison a pair that has a test in common, the later against the earlier.
 
     Raises:
-        ClearwayError: nothing to compare, results without a test in common, or `out` can't be used.
+        ClearwayError: nothing to compare, no two results with a test in common, or `out` can't be used.
     """
     from clearway.reports.comparison_page import write_comparison
     from clearway.reports.side_by_side import tables_of

@@ -36,6 +36,7 @@ def compare(
     recordings (before and after), are matched by configuration, their repetitions averaged first.
     """
     from dataclasses import asdict
+    from itertools import combinations
 
     from clearway.errors import ClearwayError
     from clearway.reports.comparison_page import write_comparison
@@ -55,6 +56,10 @@ def compare(
     others = {(c.a, c.b): other_robots(opened[c.a], opened[c.b]) if len(opened) > 1 else [] for c in found}
     if not as_json:
         parts = ["\n".join([comparison(c), *others[c.a, c.b]]) for c in found]
+        apart = [(a, b) for a, b in combinations(tables, 2) if (a, b) not in others]
+        parts += (
+            ["\n".join(f"{a} and {b} have no test in common, and are not compared" for a, b in apart)] if apart else []
+        )
         parts += [f"page: {page}"] if page else []
         said = [f"{name}, {n}: {words}" for name, all_of_it in chosen.items() for n, words in all_of_it.items()]
         typer.echo("\n\n".join([*parts, *(["\n".join(said)] if said else [])]))

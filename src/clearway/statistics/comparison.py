@@ -33,6 +33,10 @@ _DIFFERENCES = schema(
 )  # fmt: skip
 
 
+class NoCommonTest(ClearwayError):
+    """Two results have no test in common."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
     """B against A.
@@ -70,13 +74,14 @@ def compare(
     """Compare results B with results A, test by test.
 
     Raises:
-        ClearwayError: nothing to pair, or a test that occurs twice in one of them.
+        NoCommonTest: nothing to pair.
+        ClearwayError: a test that occurs twice in one of them.
     """
     keys = _key_columns(a, b)
     first, second = _index(a, keys, names[0]), _index(b, keys, names[1])
     shared = [key for key in first if key in second]
     if not shared:
-        raise ClearwayError(f"{names[0]} and {names[1]} have no test in common (paired by {', '.join(keys)})")
+        raise NoCommonTest(f"{names[0]} and {names[1]} have no test in common (paired by {', '.join(keys)})")
     left, right = a.take(pa.array([first[k] for k in shared])), b.take(pa.array([second[k] for k in shared]))
     common = [i.name for i in indicators_in(a, indicators, HEADLINE) if i.name in b.column_names]
     chosen = indicators_in(a, common, HEADLINE)
