@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from clearway.geometry.ros_map import read_map, write_map
+from clearway.geometry.ros_map import about_map, read_map, write_map
 from clearway.reading import read_pgm
 
 YAML = (
@@ -64,6 +64,18 @@ def test_raw_pgm_with_a_comment_and_16_bits(tmp_path: Path) -> None:
 def test_negate_and_thresholds(tmp_path: Path) -> None:
     path = write(tmp_path, b"P5\n3 1\n255\n" + bytes([255, 0, 100]), YAML.replace("negate: 0", "negate: 1"))
     assert read_map(path).data.tolist() == [[OCCUPIED, FREE, UNKNOWN]]
+
+
+@pytest.mark.parametrize(("threshold", "unknown", "told"), [("0.196", 25, False), ("0.25", 0, True)])
+def test_what_a_map_is_for_people(tmp_path: Path, threshold: str, unknown: int, told: bool) -> None:
+    """Nav2 saves what is unknown as 205 and 0.25 as the threshold, by which it is free again: as it reads it, so do we, but say it."""
+    path = write(tmp_path, b"P5\n4 1\n255\n" + bytes([254, 205, 0, 254]), YAML.replace("0.196", threshold))
+    first, *more = about_map(path)
+    assert (
+        first
+        == f"x -1 to -0.8 m, y 2 to 2.05 m, cells of 0.05 m: {75 - unknown} % free, 25 % occupied, {unknown} % unknown"
+    )
+    assert ["grey of 205" in line for line in more] == [True] * told
 
 
 @pytest.mark.parametrize(

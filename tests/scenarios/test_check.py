@@ -135,6 +135,7 @@ def test_a_sound_scenario(tmp_path: Path) -> None:
         ("goal = [9.0, 1.0, 0.0]", "goal = [9,0, 1,0, 0,0]", "legs.0.goal: [9, 0, 1, 0, 0, 0] is wrong: list should have at most 3 items, not 6"),
         ('leg = "there"', 'leg = "their"', "the obstacle 'visitor' runs on a leg 'their'; legs: there"),
         ('name = "visitor"', 'name = "box"', "two obstacles have the name 'box'"),
+        ("room.toml", "room.png", "floor_plan: room.png: is the image of a map; name the yaml beside it, which says where it lies"),
         ("room.toml", "ward2", "floor_plan: unknown floor plan 'ward2'; did you mean 'ward'?"),
         ("start = [1.0, 1.0, 0.0]", "start = [5.1, 1.0, 0.0]", "start: tiago at the start (5.1, 1) would stand in 'partition, south'"),
         ("start = [1.0, 1.0, 0.0]", "start = [0.2, 1.0, 0.0]", "start: tiago at the start (0.2, 1) would stand in 'west'"),

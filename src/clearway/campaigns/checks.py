@@ -14,6 +14,7 @@ from clearway.campaigns.plan import refuse_namesakes
 from clearway.campaigns.robot_tables import table_problems
 from clearway.errors import ClearwayError, shown
 from clearway.foreign import said
+from clearway.geometry.ros_map import about_map
 from clearway.navigators.registry import (
     NAVIGATORS,
     make_navigator,
@@ -197,7 +198,12 @@ def _code_problems(scenarios: Iterable[Scenario], file: str | Path) -> Iterator[
 
 
 def about_file(path: Path) -> list[str]:
-    """What a file is about, where that is worth saying beside its problems: how far a test plan is done."""
+    """What a file is about, where that is worth saying beside its problems: how far a test plan is done, where a map lies."""
+    if path.suffix in (".yaml", ".yml"):
+        try:
+            return about_map(path)
+        except ClearwayError:
+            return []
     return summary(path) if _is_plan(path) else []
 
 

@@ -32,7 +32,32 @@ def read_map(path: str | Path) -> OccupancyGrid:
     Raises:
         ClearwayError: a file is missing or damaged, a value is wrong, the map is rotated or isn't trinary.
     """
-    path = Path(path)
+    return _read(Path(path))[0]
+
+
+def about_map(path: str | Path) -> list[str]:
+    """What a ROS map is, for people: where it lies and what it holds, by which a wrong origin, resolution or threshold shows.
+
+    Raises:
+        ClearwayError: as for `read_map`.
+    """
+    grid, grey_is_free = _read(Path(path))
+    (x, y), k, (rows, cols) = grid.origin, grid.resolution, grid.data.shape
+    shares = ", ".join(
+        f"{100 * np.mean(grid.data == value):.0f} % {name}"
+        for value, name in ((FREE, "free"), (OCCUPIED, "occupied"), (UNKNOWN, "unknown"))
+    )
+    said = [f"x {x:g} to {x + cols * k:g} m, y {y:g} to {y + rows * k:g} m, cells of {k:g} m: {shares}"]
+    if grey_is_free:
+        said.append(
+            f"its grey of {PIXEL[UNKNOWN]}, by which maps are saved where nothing is known, counts as free, as in Nav2; with "
+            "free_thresh: 0.196 it is unknown"
+        )
+    return said
+
+
+def _read(path: Path) -> tuple[OccupancyGrid, bool]:
+    """The map, and whether some of it is free that looks as if its maker had written it as unknown."""
     table = _read_yaml(path)
     for key in ("image", "resolution", "origin"):
         if key not in table:
@@ -76,7 +101,9 @@ def read_map(path: str | Path) -> OccupancyGrid:
     meaning = np.full(chance.shape, UNKNOWN, dtype=np.int8)
     meaning[chance > occupied] = OCCUPIED
     meaning[chance < free] = FREE
-    return OccupancyGrid(meaning[image.pixels[::-1]], resolution, (x, y))
+    grey = PIXEL[UNKNOWN]
+    grey_is_free = image.top == 255 and meaning[grey] == FREE and bool((image.pixels == grey).any())
+    return OccupancyGrid(meaning[image.pixels[::-1]], resolution, (x, y)), grey_is_free
 
 
 def write_map(path: str | Path, grid: OccupancyGrid) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
-from clearway.errors import unknown
+from clearway.errors import ClearwayError, unknown
 from clearway.scenarios.floor_plan_files import floor_plan_names, is_path, load_file, load_shipped
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.suites import examples_of_floor_plans, own_floor_plans
@@ -26,6 +26,8 @@ def load_floor_plan(which: str) -> FloorPlan:
 @lru_cache(maxsize=64)
 def _of_a_suite(name: str) -> FloorPlan:
     makers = own_floor_plans()
+    if name not in makers and Path(name).suffix in (".pgm", ".png"):
+        raise ClearwayError("is the image of a map; name the yaml beside it, which says where it lies", file=name)
     if name not in makers:
         raise unknown("floor plan", Path(name).name, [*floor_plan_names(), *examples_of_floor_plans()])
     return makers[name]()
