@@ -192,6 +192,12 @@ def test_thousands_of_rows_stay_fast(browser: Any, report: Path) -> None:
     many.unlink()
 
 
+def test_numbers_on_an_axis_have_no_exponent(browser: Any, report: Path) -> None:
+    load(browser, report)
+    said = browser.execute_script("return [1430.6, 99.7, 63, 0.6, -0.0742].map(Stage.short)")
+    assert said == ["1431", "100", "63", "0.60", "-0.074"]
+
+
 def test_a_replay_plays_pauses_and_scrubs(browser: Any, report: Path, results: Results) -> None:
     index = next(r["trial"] for r in results.trials.to_pylist() if r["batch"] == "CE" and r["success"])
     load(browser, report, f"#replay-{index}")

@@ -246,6 +246,9 @@ const Stage = (() => {
     return (x) => ((x - left) / (width - left - right)) * end;
   }
 
+  // a number on an axis: two digits, or all before the point
+  const short = (value) => (Math.abs(value) < 99.5 ? value.toPrecision(2) : value.toFixed(0));
+
   function plot(g, c, trials, [column, name, unit, most, signed], px, top, bottom, left, right) {
     let low = 0, high = 0;
     for (const trial of trials) for (const value of trial.samples[column] || []) { if (value > high) high = value; if (signed && value < low) low = value; }
@@ -253,8 +256,8 @@ const Stage = (() => {
     const py = (value) => bottom - ((bottom - top) * (Math.min(Math.max(value, low), high) - low)) / (high - low);
     g.textAlign = "right"; g.fillStyle = c.muted;
     g.fillText(name, left - 6, (top + bottom) / 2 + 4);
-    g.fillText(`${high.toPrecision(2)} ${unit}`, left - 6, top + 9);
-    g.fillText(low ? low.toPrecision(2) : "0", left - 6, bottom + 1);
+    g.fillText(`${short(high)} ${unit}`, left - 6, top + 9);
+    g.fillText(low ? short(low) : "0", left - 6, bottom + 1);
     g.strokeStyle = c.rule; g.lineWidth = 1;
     g.beginPath(); g.moveTo(left, py(0)); g.lineTo(right, py(0)); g.stroke();
     trials.forEach((trial, k) => {
@@ -271,5 +274,5 @@ const Stage = (() => {
     });
   }
 
-  return { draw, chart, scans };
+  return { draw, chart, scans, short };
 })();
