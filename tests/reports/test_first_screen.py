@@ -132,8 +132,11 @@ def test_times_are_of_the_tests_that_all_finished() -> None:
     found = only(made_up(("a", "x", fast), ("b", "x", slow)))
     assert found.finished == 6
     assert [line.time for line in found.lines] == ["10.0 s", "12.0 s"]
+    assert found.timed == "median of 6 tests that all finished"
     few = only(made_up(("a", "x", fast[:4]), ("b", "x", slow[:4])))
     assert [line.time for line in few.lines] == ["–", "–"]
+    assert few.timed == "all finished 4 tests: fewer than 5 are not compared"
+    assert only(made_up(("a", "x", fast[:1]))).timed == "median of 1 test"
 
 
 def test_a_navigator_that_was_told_the_truth_is_a_reference() -> None:

@@ -137,6 +137,16 @@ class Verdicts:
         return any(line.score for line in self.lines)
 
     @property
+    def timed(self) -> str:
+        """On what the times are, or why there are none."""
+        tests = f"{self.finished} test{'' if self.finished == 1 else 's'}"
+        if len(self.lines) == 1:
+            return f"median of {tests}"
+        if self.finished >= FEWEST_TIMES:
+            return f"median of {tests} that all finished"
+        return f"all finished {tests}: fewer than {FEWEST_TIMES} are not compared"
+
+    @property
     def caption(self) -> str:
         """How the table is to be read."""
         several = len(self.lines) > 1
