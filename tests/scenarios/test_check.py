@@ -242,6 +242,7 @@ def test_a_suite_that_names_a_missing_file(tmp_path: Path) -> None:
         ("v_max = 1.0", "v_max = -1.0", "drive.v_max: -1.0 is wrong: input should be greater than 0"),
         ("v_max = 1.0", "vmax = 1.0", "drive.vmax: unknown key; did you mean 'v_max'?"),
         ("sigma = 0.02", "sigma = 0.02\nbeam = 3", "lidar.beam: unknown key; did you mean 'beams'?"),
+        ("mount = [0.202, 0.0, 0.0]", "mount = [-19.1, 0.0, 0.0]", "the lidar is 19.1 m from base_link; metres are meant, at most 10"),
         ('kind = "circle"', 'kind = "cirle"', "footprint: {'kind': 'cirle', 'radius': 0.27} is wrong: input tag 'cirle' found using 'kind' does not match any of the expected tags: 'circle', 'polygon'"),
         ("[presets.trajectory.navigators", "[presets.slow.drive]\nv_max = 0\n[presets.trajectory.navigators", "drive.v_max: 0 is wrong: input should be greater than 0"),
     ],

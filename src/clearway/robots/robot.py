@@ -42,7 +42,7 @@ from clearway.stand_ins import FILE as STAND_INS
 from clearway.validation import first_problem
 
 FARTHEST = 10.0
-"""m from base_link that a footprint may reach: what is beyond was meant in centimetres, or is no robot among people."""
+"""m from base_link that a footprint may reach and a lidar stand at: what is beyond was meant in centimetres, or is no robot among people."""
 
 
 LEGS_END = 0.78
@@ -234,6 +234,8 @@ class Robot(Part):
                 raise ValueError(
                     f"the {name} reaches {reach:.1f} m from base_link; metres are meant, at most {FARTHEST:g}"
                 )
+        if self.lidar is not None and (reach := math.hypot(*self.lidar.mount[:2])) > FARTHEST:
+            raise ValueError(f"the lidar is {reach:.1f} m from base_link; metres are meant, at most {FARTHEST:g}")
         return self
 
     @model_validator(mode="after")
