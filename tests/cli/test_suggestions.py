@@ -35,6 +35,10 @@ def own(tmp_path: Path) -> Path:
         (["check", "hospitall"], "did you mean the suite 'hospital'?"),
         (["score", EXAMPLES / "my_robot.toml"], "is the file of a robot, and a test plan is wanted"),
         (["run", EXAMPLES / "my_robot.toml"], "is the file of a robot, and a suite is wanted; name it with --robot"),
+        (
+            ["run", "floor 2.yaml", "-r", "tiago"],
+            "floor 2.yaml: is no file of a suite, which is TOML; a map is named in a scenario, or with",
+        ),
         (["run", "hospital", "-r", EXAMPLES / "my_suite.toml"], "is the file of a suite, and a robot is wanted"),
         (["run", EXAMPLES / "06_score_recordings" / "plan.toml"], "`clearway score` scores it"),
         (["run", "hospital", "--workers", "0", "-n", "my_pkg.Mine"], "is named as my_pkg:Mine"),

@@ -32,16 +32,24 @@ _USE: dict[Kind, str] = {
 }
 
 
+_MAPS = frozenset({".yaml", ".yml", ".pgm", ".png"})
+
+
 def refuse_mistaken(which: str | Path, *wanted: Kind) -> None:
-    """Nothing, unless a TOML file is plainly of another kind than one of those that are wanted.
+    """Nothing, unless a TOML file is plainly of another kind than one of those that are wanted, or a map is named for one.
 
     Args:
-        which: A file, with a preset behind it or not; whatever is no TOML file is let pass.
+        which: A file, with a preset behind it or not; whatever else is no TOML file is let pass.
         wanted: What it may be.
 
     Raises:
         ClearwayError: it is of another kind, or can't be read.
     """
+    if Path(which).suffix in _MAPS:
+        raise ClearwayError(
+            f"is no file of a {wanted[0]}, which is TOML; a map is named in a scenario, or with --floor-plan or --map",
+            file=which,
+        )
     if ".toml" not in str(which):
         return
     file = Path(str(which).partition(".toml:")[0])
