@@ -13,7 +13,7 @@ from clearway.reports.causes import causes, causes_of_all, failures, of_slack, w
 from clearway.reports.findings import Findings
 from clearway.reports.same_tests import same_tests
 from clearway.reports.selection import System, verdict
-from clearway.reports.summary import _too_fast, _who, summary
+from clearway.reports.summary import _of_many, _too_fast, _who, summary
 from clearway.reports.verdicts import arrived, collision_free, precise, verdicts
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection
@@ -150,6 +150,34 @@ def test_a_navigator_that_was_told_the_truth_is_a_reference() -> None:
 def test_almost_all_is_not_called_all() -> None:
     found = only(made_up(("a", "x", [{}] * 499 + [CRASHED])))
     assert found.lines[0].shares[0].percent == "99.8 % [99, 100]"
+
+
+def test_who_finished_nothing_among_obstacles_is_not_far_from_them() -> None:
+    free = {"MDO": None, "MDO_walls": 3.2, "not_computable": '{"MDO": "the test has no obstacle"}'}
+    stuck = {"MDO": None, "CT": None, "not_computable": '{"MDO": "leg forth was not finished (timeout)"}'} | MISSED
+    near, far = only(made_up(("a", "x", [free, {}, {"MDO": 0.1}]), ("a", "y", [free, stuck, stuck]))).lines
+    assert near.nearest == ("0.20 m", "least 0.10 m, of 2 trials")
+    assert far.nearest == ("–", "no finished trial with obstacles")
+    alone = only(made_up(("a", "y", [free, stuck]))).lines[0]
+    assert alone.nearest == ("–", "no finished trial with obstacles")
+    walls = only(made_up(("a", "y", [free, free]))).lines[0]
+    assert walls.nearest == ("3.20 m", "least 3.20 m, from walls")
+
+
+def result_of(*trials: list[dict[str, Any]]) -> str:
+    return _of_many(only(made_up(*(("a", f"n{i}", rows) for i, rows in enumerate(trials)))).lines)
+
+
+def test_equally_good_systems_are_told_as_equal() -> None:
+    good, bad = [{}] * 4, [{}, MISSED, MISSED, CRASHED]
+    assert result_of(good, good, good, good) == (
+        "All 4 were equally often successful, 4 of 4 tests each. None of them touched anything."
+    )
+    assert result_of(good, bad, [{}, {}, MISSED, MISSED], bad) == (
+        "Most often successful: A with n0, 4 of 4 tests; least often: A with n1 and A with n3, 1 of 4 tests each. "
+        "2 of 4 touched something, A with n1 and A with n3 most often (1 of 4 tests each)."
+    )
+    assert result_of(*[good] * 4, bad).startswith("Most often successful: 4 systems alike, 4 of 4 tests each; least")
 
 
 def test_causes_are_counted_and_the_typical_trial_is_the_middle_one() -> None:

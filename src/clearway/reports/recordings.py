@@ -142,6 +142,12 @@ def why_no_distance(rows: Sequence[Row]) -> str:
     return f"not computable: {why.most_common(1)[0][0]}" if why else ""
 
 
+def had_obstacles(row: Row) -> bool:
+    """Whether there was something to stay clear of, whether or not it is known how near the robot came."""
+    why = json.loads(row.get("not_computable") or "{}").get("MDO", "")
+    return row["MDO"] is not None or bool(why and not why.startswith(NO_OBSTACLE))
+
+
 def bounds(f: Findings) -> Grid | None:
     """Trials whose MDO, PL or TCS is known within bounds only, and these; None where there are none."""
     lines: Rows = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from clearway.reports import causes, decision_time, paper, recordings, sharing, tuning
@@ -117,21 +117,41 @@ def _of_many(lines: Sequence[Line]) -> str:
     known = [line for line in lines if line.shares[-1].judged]
     if not known:
         return "Of no trial it is known whether it succeeded."
-    first, last = (max if best else min for best in (True, False))
-    high = first(known, key=lambda line: line.shares[-1].yes / line.shares[-1].judged)
-    low = last(known, key=lambda line: line.shares[-1].yes / line.shares[-1].judged)
-    hit = [line for line in known if line.shares[0].yes < line.shares[0].judged]
+    high, low = (_extreme(known, -1, end) for end in (max, min))
     said = (
-        f"Most often successful: {high.name} with {high.navigator}, {high.shares[-1].yes} of {high.shares[-1].judged} tests; least often: "
-        f"{low.name} with {low.navigator}, {low.shares[-1].yes}."
+        f"All {len(known)} were equally often successful, {_often(high, -1)}."
+        if len(high) == len(known)
+        else f"Most often successful: {_names(high)}, {_often(high, -1)}; least often: {_names(low)}, {_often(low, -1)}."
     )
+    hit = [line for line in known if line.shares[0].yes < line.shares[0].judged]
     if not hit:
         return f"{said} None of them touched anything."
-    most = min(hit, key=lambda line: line.shares[0].yes / line.shares[0].judged)
+    most = _extreme(hit, 0, min)
     return (
-        f"{said} {len(hit)} of {len(known)} touched something, {most.name} with {most.navigator} most often "
-        f"({most.shares[0].judged - most.shares[0].yes} of {most.shares[0].judged} tests)."
+        f"{said} {len(hit)} of {len(known)} touched something, {_names(most)} most often ({_often(most, 0, of=False)})."
     )
+
+
+def _extreme(lines: Sequence[Line], question: int, end: Callable[[list[float]], float]) -> list[Line]:
+    """Those with the greatest or the least share, all of them where several are alike."""
+    rates = [line.shares[question].yes / line.shares[question].judged for line in lines]
+    return [line for line, rate in zip(lines, rates, strict=True) if rate == end(rates)]
+
+
+def _names(lines: Sequence[Line]) -> str:
+    """Who they are; of many how many."""
+    return (
+        _and([f"{line.name} with {line.navigator}" for line in lines])
+        if len(lines) <= FEW
+        else f"{len(lines)} systems alike"
+    )
+
+
+def _often(alike: Sequence[Line], question: int, *, of: bool = True) -> str:
+    """In how many tests each of some that are alike did it; `of` False: did not."""
+    counts = {(s.yes if of else s.judged - s.yes, s.judged) for s in (line.shares[question] for line in alike)}
+    (some, tests), each = min(counts), " each" if len(alike) > 1 else ""
+    return f"{some} of {_count(tests, 'test')}{each}" if len(counts) == 1 else f"{100 * some / tests:.0f} %{each}"
 
 
 # --- what limits it ---------------------------------------------------------------------------------------------------

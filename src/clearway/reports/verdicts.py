@@ -171,6 +171,7 @@ def verdicts(f: Findings, group: SameTests) -> Verdicts:
     rivals = [s for s in group.systems if s.navigator not in f.privileged]
     shares = [_shares(group, rivals, ask) for _, _, ask in QUESTIONS]
     finished = [i for i in range(group.n) if all(group.rows[s][i]["CT"] is not None for s in group.systems)]
+    obstacles = any(recordings.had_obstacles(r) for s in group.systems for r in group.rows[s])
     lines = []
     for system in group.systems:
         rows = group.rows[system]
@@ -181,20 +182,27 @@ def verdicts(f: Findings, group: SameTests) -> Verdicts:
         lines.append(Line(
             system, f.title(system.robot), f"{system.navigator}{setup}{privileged}", tuple(s[system] for s in shares),
             f"{num(median(times), 1)} s" if len(times) >= FEWEST_TIMES or (times and len(group.systems) == 1) else NONE,
-            _nearest(rows), num(mean(scores), 3) if scores else "", tuning.sentence(rows) if tuning.sign(rows) else "",
+            _nearest(rows, obstacles), num(mean(scores), 3) if scores else "", tuning.sentence(rows) if tuning.sign(rows) else "",
         ))  # fmt: skip
     lines.sort(key=lambda line: (line.system not in rivals, -line.shares[-1].yes))
     shared = sharing.footnote(r for s in group.systems for r in group.rows[s])
     return Verdicts(tuple(lines), group.n, group.left_out, len(finished), shared)
 
 
-def _nearest(rows: Sequence[Row]) -> tuple[str, str]:
+def _nearest(rows: Sequence[Row], obstacles: bool) -> tuple[str, str]:
+    """Median and least distance from obstacles, and of how many trials it is known if not of all; from walls only where no test has
+    `obstacles`: who finished none of those that do would look far away from everything."""
     gaps, of = [r["MDO"] for r in rows if r["MDO"] is not None], ""
     if not gaps:
         if why := recordings.why_no_distance(rows):
             return NONE, why
+        if obstacles:
+            return NONE, "no finished trial with obstacles"
         gaps, of = [r["MDO_walls"] for r in rows if r["MDO_walls"] is not None], ", from walls"
-    return (f"{num(median(gaps), 2)} m", f"least {num(min(gaps), 2)} m{of}") if gaps else (NONE, "no obstacles")
+    if not gaps:
+        return NONE, "no obstacles"
+    known = f", of {len(gaps)} trial{'' if len(gaps) == 1 else 's'}" if len(gaps) < len(rows) else ""
+    return f"{num(median(gaps), 2)} m", f"least {num(min(gaps), 2)} m{of}{known}"
 
 
 def _shares(group: SameTests, rivals: Sequence[System], ask: Callable[[Row], bool | None]) -> dict[System, Share]:
