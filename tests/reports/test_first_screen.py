@@ -14,7 +14,7 @@ from clearway.reports.findings import Findings
 from clearway.reports.same_tests import same_tests
 from clearway.reports.selection import System, verdict
 from clearway.reports.summary import _of_many, _too_fast, _who, summary
-from clearway.reports.verdicts import arrived, collision_free, precise, verdicts
+from clearway.reports.verdicts import Share, arrived, collision_free, precise, verdicts
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection
 from clearway.statistics import wilson_interval
@@ -150,6 +150,15 @@ def test_a_navigator_that_was_told_the_truth_is_a_reference() -> None:
 def test_almost_all_is_not_called_all() -> None:
     found = only(made_up(("a", "x", [{}] * 499 + [CRASHED])))
     assert found.lines[0].shares[0].percent == "99.8 % [99, 100]"
+
+
+def test_no_interval_says_that_nothing_will_ever_fail() -> None:
+    def percent(yes: int) -> str:
+        return Share(yes, 4000, wilson_interval(yes, 4000)).percent
+
+    assert percent(4000) == "100 % [99.9, 100]"
+    assert percent(3999) == "100.0 % [99.9, 100]"
+    assert percent(0) == "0 % [0, 0.1]"
 
 
 def test_who_finished_nothing_among_obstacles_is_not_far_from_them() -> None:

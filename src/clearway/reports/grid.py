@@ -102,6 +102,16 @@ def span(low: float | None, high: float | None, digits: int = 2) -> str:
     return f"[{num(low, digits)}, {num(high, digits)}]"
 
 
+def rate(percent: float) -> str:
+    """A share in per cent; 0 and 100 only where it is none or all."""
+    return num(percent, 1 if percent not in (0.0, 100.0) and round(percent) in (0, 100) else 0)
+
+
+def rate_ends(low: float, high: float) -> tuple[str, str]:
+    """The ends of its interval, in per cent: however many trials there are, not all will succeed for sure, nor none."""
+    return rate(low) if round(low) == 100 else num(low, 0), rate(high) if round(high) == 0 else num(high, 0)
+
+
 def p_value(p: float | None) -> str:
     """A p with two significant digits, small ones as a power of ten."""
     if p is None:

@@ -164,8 +164,9 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
     if not f.recorded:
         parts.append("the robots are simulated, so this says how they would do as far as their models hold")
     least = min(v.n for v in found)
-    half = wilson_interval(least // 2, least)
-    parts.append(f"with {_count(least, 'test')} a rate is known to about ±{num(50 * (half.high - half.low), 0)} points")
+    middle = wilson_interval(least // 2, least)
+    half = 50 * (middle.high - middle.low)
+    parts.append(f"with {_count(least, 'test')} a rate is known to about ±{num(half, 0 if half >= 1 else 1)} points")
     if any(
         n > 1
         for n in Counter(

@@ -13,7 +13,7 @@ from clearway.indicators import HEADLINE, INDICATORS
 from clearway.reports import ablation, decision_time, head_to_head, outcomes, rescue, sharing, tuning
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
-from clearway.reports.grid import Grid
+from clearway.reports.grid import Grid, rate, rate_ends
 from clearway.reports.published import published
 from clearway.reports.side_by_side import mark, repetitions, taken_otherwise, uncertainty
 from clearway.statistics import (
@@ -44,12 +44,12 @@ def headline(table: pa.Table) -> str:
     rows = []
     trials = table.select([c for c in (*GROUP, "tuned", "run") if c in table.column_names]).to_pylist()
     for r in success_rates(table).to_pylist():
-        rate = "unknown" if r["SR"] is None else f"{r['SR']:.0f} ({r['low']:.0f}-{r['high']:.0f})"
-        others = ["-" if r[c] is None else f"{r[c]:.0f}" for c in ("SR_self", "SR_slack")]
+        found = "unknown" if r["SR"] is None else f"{rate(r['SR'])} ({'-'.join(rate_ends(r['low'], r['high']))})"
+        others = ["-" if r[c] is None else rate(r[c]) for c in ("SR_self", "SR_slack")]
         numbers = [_number(means.get((*(r[c] for c in GROUP), name))) for name in HEADLINE]
         labels = [f"{r[c]:g}" if isinstance(r[c], float) else str(r[c] or "-") for c in shown]
         labels[shown.index("navigator")] += tuning.sign(t for t in trials if all(t[c] == r[c] for c in GROUP))
-        rows.append([*labels, str(r["n"] + r["unknown"]), rate, *others, *numbers])
+        rows.append([*labels, str(r["n"] + r["unknown"]), found, *others, *numbers])
     notes = (sharing.footnote(trials), tuning.footnote(trials))
     return "\n".join([columns(heads, rows), *(said.strip() for said in notes if said)])
 

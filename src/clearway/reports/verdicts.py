@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.reports import recordings, sharing, tuning
 from clearway.reports.findings import Findings
-from clearway.reports.grid import NONE, num
+from clearway.reports.grid import NONE, num, rate, rate_ends
 from clearway.reports.same_tests import SameTests
 from clearway.reports.selection import Row, System, is_recorded
 from clearway.statistics import Interval, PairedSuccess, any_estimate, holm, paired_success, wilson_interval
@@ -79,13 +79,12 @@ class Share:
     def percent(self) -> str:
         """The share and its interval as text."""
         i = self.interval
-        return NONE if i is None else f"{self.rate} % [{num(100 * i.low, 0)}, {num(100 * i.high, 0)}]"
+        return NONE if i is None else f"{self.rate} % [{', '.join(rate_ends(100 * i.low, 100 * i.high))}]"
 
     @property
     def rate(self) -> str:
         """The share in per cent; 0 and 100 only where it is none or all."""
-        found = 100 * self.yes / max(self.judged, 1)
-        return num(found, 1 if found not in (0.0, 100.0) and round(found) in (0, 100) else 0)
+        return rate(100 * self.yes / max(self.judged, 1))
 
 
 @dataclass(frozen=True, slots=True)
