@@ -371,6 +371,14 @@ def test_compare_two_navigators():
     assert only(found.differences, indicator="PL", batch=None)["p"] is None
 
 
+def test_pairs_are_counted_as_tests_without_their_repetitions():
+    a = so(lambda v, s, r: 100 * s + 10 * r)  # 2 speeds, 4 sizes, 3 repetitions
+    b = table([row | {"navigator": "other"} for row in a.to_pylist()])
+    found = compare(a, b, confidence=0.8)
+    assert (found.pairs, found.tests, found.confidence) == (24, 8, 0.8)
+    assert compare(a, b.filter(np.array(b["repetition"]) == 2)).tests == 8
+
+
 def test_robots_of_one_simulation_are_paired_by_name_and_told_of():
     def both(*members, one):
         runs = [(m, f"{one}/{r}") for r in range(4) for m in members]

@@ -8,10 +8,11 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from markupsafe import Markup
 
 from clearway.errors import ClearwayError
-from clearway.reports import sharing, theme
+from clearway.reports import head_to_head, sharing, theme
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.page import PAGE, page_of
 from clearway.reports.side_by_side import Found, mark, repetitions, taken_otherwise, uncertainty
@@ -43,7 +44,7 @@ def write_comparison(found: Sequence[Found], folder: Path) -> Path:
             (folder / f"differences-{number}.svg").write_text(svg, encoding="utf-8")
             figures.append((name, Markup(theme.themed(svg, escape(name)))))
         _csv(found, folder / "differences.csv")
-        page = page_of("comparison.html", title=_title(found), figures=figures, said=summary(found), each=[_said(pair) for pair in found],
+        page = page_of("comparison.html", title=_title(found), figures=figures, said=summary(found), each=[_said(pair, p) for pair, p in zip(found, success_ps(found), strict=True)],
                        success=success_table(found), indicators=indicator_table(found))  # fmt: skip
         (folder / PAGE).write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:
@@ -74,7 +75,9 @@ def summary(found: Sequence[Found]) -> Summary:
     matched = [pair for pair in found if isinstance(pair, ConfigurationComparison)]
     tests = _many(least, "configuration" if matched else "test")
     each = f"{tests} in common" if len(found) == 1 else f"{len(found)} pairs with {tests} or more in common"
-    result = _said(found[0]) if len(found) == 1 else "Of each pair a line below says what is shown."
+    result = (
+        _said(found[0], success_ps(found)[0]) if len(found) == 1 else "Of each pair a line below says what is shown."
+    )
     every = [r for pair in found for r in _rows(pair)]
     doubts = [f"With {tests} small differences stay hidden: where none is shown there may be one"]
     if every and all(r["least_p"] > 0.05 for r in every):
@@ -90,6 +93,8 @@ def summary(found: Sequence[Found]) -> Summary:
         doubts += dict.fromkeys(said for pair in matched for said in repetitions(pair))
     if any(map(taken_otherwise, found)):
         doubts.append("part of the difference in the times, marked *, is how they were taken")
+    if alike := sharing.repeated(found):
+        doubts.append(alike.strip(" ."))
     if left := sum(pair.only_a + pair.only_b for pair in found):
         one = "configuration" if matched else "test"
         doubts.append(f"{_many(left, one)} that only one side ran {'is' if left == 1 else 'are'} left out")
@@ -101,6 +106,15 @@ def _smallest_p(n: int) -> float:
     return 2.0 ** (1 - n)
 
 
+def success_ps(found: Sequence[Found]) -> list[tuple[float, float]]:
+    """Of each pair McNemar's p of all batches after Holm's correction over the pairs, and the smallest that could come out; NaN where
+    there is none."""
+    paired = [pair.success.get(None) if isinstance(pair, Comparison) else None for pair in found]
+    ps = holm([np.nan if s is None else s.p for s in paired]).tolist()
+    least = holm([np.nan if s is None else _smallest_p(s.n) for s in paired]).tolist()
+    return list(zip(ps, least, strict=True))
+
+
 def _rows(pair: Found) -> list[dict[str, Any]]:
     """The differences over all batches, each with the smallest p after Holm that so many tests of each indicator can give, whatever
     comes out: `least_p`."""
@@ -109,15 +123,16 @@ def _rows(pair: Found) -> list[dict[str, Any]]:
     return [r | {"least_p": p} for r, p in zip(rows, least, strict=True)]
 
 
-def _said(pair: Found) -> str:
-    """What came out of a pair, in a sentence."""
+def _said(pair: Found, success: tuple[float, float]) -> str:
+    """What came out of a pair, in a sentence; `success`: its two of `success_ps`."""
     s: Any = pair.success.get(None)
     parts = []
     b, a = _sides(pair)
     if isinstance(pair, Comparison):
         on = f"on the same {pair.pairs} tests" if pair.pairs != 1 else "on the same test"
         if s is not None:
-            shown = "" if s.p <= 0.05 else f" ({_NOT_SHOWN if _smallest_p(s.n) <= 0.05 else _TOO_FEW})"
+            p, least = success
+            shown = "" if p <= 0.05 else f" ({_NOT_SHOWN if least <= 0.05 else _TOO_FEW})"
             parts.append(f"{s.both + s.only_b} against {s.both + s.only_a} of {s.n} succeeded{shown}")
     else:
         on = f"{pair.kind} over {_many(pair.configurations, 'configuration')} in common"
@@ -139,15 +154,14 @@ def _said(pair: Found) -> str:
     return f"{b} against {a}, {on}: {'; '.join(parts)}."
 
 
+def _level(found: Sequence[Found]) -> str:
+    """The confidence of the intervals: of all the same."""
+    return f"{100 * found[0].confidence:g} %"
+
+
 def _doubt(found: Sequence[Found]) -> str:
-    """What has to be said where an indicator's interval leaves out 0 and yet no difference is shown; empty if none does."""
-    rows = [r for pair in found for r in _rows(pair)]
-    if not any(r["boot_low"] is not None and not r["favours"] and r["boot_low"] * r["boot_high"] > 0 for r in rows):
-        return ""
-    return (
-        " Some intervals leave out 0 and yet no difference is shown: each interval stands for itself, and of many some leave it out by "
-        "chance, for which Holm's correction makes up."
-    )
+    """What has to be said where intervals of indicators and what is shown are at odds; empty if none are."""
+    return head_to_head.at_odds(r for pair in found for r in _rows(pair))
 
 
 def differences(pair: Found) -> Figure:
@@ -179,7 +193,7 @@ def differences(pair: Found) -> Figure:
 def success_table(found: Sequence[Found]) -> Grid:
     """Success over all batches, a row a pair."""
     lines: Rows = []
-    for c in found:
+    for c, (p, _) in zip(found, success_ps(found), strict=True):
         s: Any = c.success.get(None)
         if s is None:
             continue
@@ -191,11 +205,18 @@ def success_table(found: Sequence[Found]) -> Grid:
             else (f"{s.successes_b} of {s.trials_b}", f"{s.successes_a} of {s.trials_a}")
         )
         difference = Cell(num(100 * d.estimate, 1), span(100 * d.low, 100 * d.high, 1))
-        lines.append([Cell(c.b, strong=True), c.a, ours, theirs, difference, p_value(s.p) if paired else NONE])
-    heads: Heads = [text("System"), text("against"), "successes", "against's", "difference (points)", "p"]
+        lines.append(
+            [Cell(c.b, strong=True), c.a, ours, theirs, difference, *map(p_value, (s.p, p) if paired else (None, None))]
+        )
+    heads: Heads = [text("System"), text("against"), "successes", "against's", "difference (points)", "p", "p (Holm)"]
+    doubt = head_to_head.rates_at_odds(
+        (c.success.get(None), p)
+        for c, (p, _) in zip(found, success_ps(found), strict=True)
+        if isinstance(c, Comparison) and c.confidence == 0.95
+    )
     return grid(
-        "Success: difference of the rates with its interval; McNemar's exact test where the trials are pairs."
-        + sharing.of_pairs(found),
+        f"Success: difference of the rates with its {_level(found)} interval; McNemar's exact test where the trials are pairs, Holm's "
+        f"correction over all rows.{doubt}{sharing.of_pairs(found)}",
         heads,
         lines,
     )
@@ -222,7 +243,8 @@ def indicator_table(found: Sequence[Found]) -> Grid:
     counted, spread = (["trials"], ["over repetitions", "U"]) if matched else ([], [])
     heads: Heads = [text("System"), text("against"), text("indicator"), "n", *counted, "mean", "against's mean", "difference",
                     *spread, "p (Holm)", text("better")]  # fmt: skip
-    notes = [_OF_PAIRS] if any(isinstance(c, Comparison) for c in found) else []
+    notes = [f"Intervals: {_level(found)}."]
+    notes += [_OF_PAIRS] if any(isinstance(c, Comparison) for c in found) else []
     notes += [_OF_CONFIGURATIONS] if matched else []
     notes += dict.fromkeys(filter(None, map(taken_otherwise, found)))
     return grid(" ".join(notes) + sharing.of_pairs(found), heads, lines)
@@ -230,12 +252,13 @@ def indicator_table(found: Sequence[Found]) -> Grid:
 
 _OF_PAIRS = (
     "Indicators over the tests that both finished, so that who fails the hard ones is not punished here: read it with the "
-    "success above. Mean of the differences with its bootstrap interval, Wilcoxon's test, Holm's correction."
+    "success above. Mean of the differences with its bootstrap interval, Wilcoxon's test, Holm's correction over the "
+    "indicators of one pair."
 )
 _OF_CONFIGURATIONS = (
     "Indicators over the configurations of which both sides have a value (n; trials: of each side), the repetitions of each averaged first: read it with the "
     f"success above. Mean of the differences with its bootstrap interval over configurations (from {FEWEST_RESAMPLED} on), Wilcoxon's test, "
-    "Holm's correction. Over repetitions: the interval of what repeating these very configurations would give, each indicator for "
+    "Holm's correction over the indicators of one pair. Over repetitions: the interval of what repeating these very configurations would give, each indicator for "
     "itself; – where none was repeated on one of the sides. U: how far off the measured means may be together (k = 2); it comes on top of the intervals."
 )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 from typing import Any
 
@@ -25,6 +25,35 @@ DOUBT = (
     "one more would decide it. No difference is shown there."
 )
 """What has to be said where `PairedSuccess.doubtful`."""
+
+
+def rates_at_odds(pairs: Iterable[tuple[PairedSuccess | None, float]]) -> str:
+    """What has to be said where the 95 % interval of two success rates and what is shown, by their p after Holm's correction, are at
+    odds; empty if they nowhere are."""
+    known = [(s, p) for s, p in pairs if s is not None]
+    if any(s.doubtful for s, _ in known):
+        return DOUBT
+    if any(p > 0.05 and (s.difference.low > 0 or s.difference.high < 0) for s, p in known):
+        return " Some intervals leave out 0 and yet nothing is shown: each stands for itself, and of many some do by chance."
+    return ""
+
+
+def at_odds(rows: Iterable[Mapping[str, Any]]) -> str:
+    """What has to be said where an indicator's interval leaves out 0 and no difference is shown, and where it holds 0 and one is;
+    empty if there is none of either."""
+    known = [r for r in rows if r["boot_low"] is not None and r["p"] is not None]
+    said = ""
+    if any(not r["favours"] and r["better"] != "neither" and r["boot_low"] * r["boot_high"] > 0 for r in known):
+        said += (
+            " Some intervals leave out 0 and yet no difference is shown: each interval stands for itself, and of many some leave it out by "
+            "chance, for which Holm's correction makes up."
+        )
+    if any(r["favours"] and r["boot_low"] * r["boot_high"] <= 0 for r in known):
+        said += (
+            " Some intervals hold 0 and yet a difference is shown: the interval is that of the mean, which a few large differences move, "
+            "while the test goes by ranks, so that most tests went one way."
+        )
+    return said
 
 
 def comparisons(f: Findings) -> list[tuple[System, System, Comparison]]:
@@ -83,7 +112,7 @@ def table(f: Findings, found: list[tuple[System, System, Comparison]]) -> Grid |
         "p (Holm)",
         text("better"),
     ]
-    doubt = DOUBT if any(s is not None and s.doubtful for s in wins) else ""
+    doubt = rates_at_odds(zip(wins, adjusted, strict=True))
     return grid(
         "Success on the same tests: difference of the rates with Newcombe's 95 % interval, McNemar's exact test, Holm's "
         f"correction over all rows.{doubt}"
@@ -113,6 +142,7 @@ def indicator_table(found: list[tuple[System, System, Comparison]]) -> Grid | No
         "Indicators over the tests that both finished (so a navigator that fails the hard ones is not punished here: read it "
         "with the success above; MDO alone counts a contact too, as 0): mean of the paired differences with its 95 % bootstrap interval, Wilcoxon's signed-rank "
         "test, Holm's correction over the indicators of one pair, rank-biserial effect."
+        f"{at_odds(r for _, _, c in found for r in c.differences.to_pylist() if r['batch'] is None and r['n'])}"
         f"{sharing.of_pairs(c for _, _, c in found)}",
         heads, lines, groups,
     )  # fmt: skip
@@ -131,7 +161,7 @@ def _line(c: Comparison, r: Mapping[str, Any]) -> list[Cell | str]:
 def verdicts(f: Findings, found: list[tuple[System, System, Comparison]]) -> list[str]:
     """In a sentence a pair, its systems with their signs (see `tuning`): what is shown with confidence (p after Holm at most
     0.05), by how much, with 95 % intervals: of the success rates Newcombe's, of an indicator that of the median difference,
-    which belongs to Wilcoxon's test."""
+    which belongs to Wilcoxon's test; where that is nil, of the mean."""
     wins = [c.success.get(None) for _, _, c in found]
     adjusted = holm([np.nan if s is None else s.p for s in wins]).tolist()
     out = []
@@ -148,9 +178,17 @@ def verdicts(f: Findings, found: list[tuple[System, System, Comparison]]) -> lis
             if r["batch"] is None and r["favours"]:
                 who, sign = {"A": c.a, "B": c.b}[r["favours"]], 1 if r["effect"] > 0 else -1
                 unit = f" {r['unit']}" if r["unit"] else ""
-                of = f"by {num(sign * r['median_difference'], 3)}{unit}"
-                if r["low"] is not None:
-                    low, high = sorted((sign * r["low"], sign * r["high"]))
+                typical = (
+                    r["median_difference"] != 0
+                )  # where most tests are alike to the last bit only a mean tells how much
+                by, ends = (
+                    (r["median_difference"], (r["low"], r["high"]))
+                    if typical
+                    else (r["mean_difference"], (r["boot_low"], r["boot_high"]))
+                )
+                of = f"by {num(sign * by, 3)}{unit}{'' if typical else ' on average'}"
+                if ends[0] is not None:
+                    low, high = sorted(sign * end for end in ends)
                     of += f" ({num(low, 3)} to {num(high, 3)})"
                 said.append(f"{who} is better in {r['indicator']}, {of}")
         first, second = c.b + tuning.sign(f.of(b)), c.a + tuning.sign(f.of(a))

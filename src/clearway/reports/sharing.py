@@ -33,4 +33,15 @@ def of_pairs(found: Iterable[Comparison | ConfigurationComparison]) -> str:
     )
 
 
+def repeated(found: Iterable[Comparison | ConfigurationComparison]) -> str:
+    """What has to be said of pairs that repeat one another's test, in a sentence; empty if none do."""
+    pairs = [c for c in found if isinstance(c, Comparison) and c.tests < c.pairs]
+    each = dict.fromkeys(f"{c.pairs} pairs are of {c.tests} test{'' if c.tests == 1 else 's'}" for c in pairs)
+    return (
+        f" {'; '.join(each)}: repetitions of one are alike, so the intervals are rather too narrow, and p too small."
+        if each
+        else ""
+    )
+
+
 _SO = "they are not independent, and intervals and p, which take them as such, claim too much."

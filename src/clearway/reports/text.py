@@ -153,7 +153,7 @@ def _matched(found: ConfigurationComparison) -> str:
     heads = ["batch", "indicator", "n", "trials", found.a, found.b, "difference", "over configurations"]
     heads += ["over repetitions", "U", "p", "p Holm", "effect"]
     notes = [
-        "n: configurations; intervals of the mean difference, 95 % unless asked otherwise",
+        f"n: configurations; {100 * found.confidence:g} % intervals of the mean difference",
         _EFFECT.format(found.b),
     ]
     if not repeated:
@@ -194,7 +194,18 @@ def _to(low: float | None, high: float | None) -> str:
 
 
 def _paired(found: Comparison) -> str:
-    heads = ["batch", "indicator", "n", found.a, found.b, "difference (95 %)", "p", "p Holm", "effect", "favours"]
+    heads = [
+        "batch",
+        "indicator",
+        "n",
+        found.a,
+        found.b,
+        f"difference ({100 * found.confidence:g} %)",
+        "p",
+        "p Holm",
+        "effect",
+        "favours",
+    ]
     rows = []
     for r in _lines(found):
         spread = "" if r["boot_low"] is None else f" ({_to(r['boot_low'], r['boot_high'])})"
@@ -211,13 +222,13 @@ def _paired(found: Comparison) -> str:
             f"  success {batch or 'in all'}: {b} against {a} of {s.n}, difference {100 * d.estimate:+.1f} points "
             f"({100 * d.low:+.1f} to {100 * d.high:+.1f}), p = {_p(s.p)}"
         )
-    doubt = [head_to_head.DOUBT.strip()] if any(s.doubtful for s in found.success.values()) else []
+    doubt = [head_to_head.DOUBT.strip()] if found.doubtful else []
     few = (
         []
         if all(r["boot_low"] is not None for r in _lines(found))
         else [f"no interval: fewer than {FEWEST_RESAMPLED} pairs"]
     )
-    shared = [said.strip()] if (said := sharing.of_pairs([found])) else []
+    shared = [said.strip() for said in (sharing.of_pairs([found]), sharing.repeated([found])) if said]
     return "\n".join([*lines, *doubt, *shared, columns(heads, rows), *few, _EFFECT.format(found.b)])
 
 

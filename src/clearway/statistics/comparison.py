@@ -18,7 +18,7 @@ import pyarrow as pa
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import HEADLINE, Indicator
-from clearway.statistics.columns import SYSTEM, batch_names, findings, indicators_in, numbers, schema, values
+from clearway.statistics.columns import SYSTEM, batch_names, findings, groups, indicators_in, numbers, schema, values
 from clearway.statistics.describe import bootstrap_interval
 from clearway.statistics.multiple import asterisks, holm
 from clearway.statistics.proportions import PairedSuccess, paired_success
@@ -54,6 +54,8 @@ class Comparison:
         success: Paired success by batch (None: all); a batch without a known success is left out.
         success_self: The same by the robots' own estimates.
         together: How many of the pairs share a simulation with another one (of several robots), and are not independent of it.
+        tests: How many different tests the pairs are of, repetitions not counted.
+        confidence: Of the intervals.
     """
 
     a: str
@@ -65,6 +67,13 @@ class Comparison:
     success: Mapping[str | None, PairedSuccess]
     success_self: Mapping[str | None, PairedSuccess]
     together: int = 0
+    tests: int = 0
+    confidence: float = 0.95
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether of some success rates the interval, if it is one of 95 %, shows a difference and the test does not, or the other way about."""
+        return self.confidence == 0.95 and any(s.doubtful for s in self.success.values())
 
 
 def compare(
@@ -96,7 +105,10 @@ def compare(
     adjust(rows)
     success, own = (_successes(name, left, right, parts, confidence) for name in ("success", "success_self"))
     without = len(first) - len(shared), len(second) - len(shared)
-    return Comparison(*names, len(shared), *without, findings(rows, _DIFFERENCES), success, own, _together(left, right))
+    tests = len(groups(left, [c for c in (*keys, *_LABELS) if c not in ("scenario", "repetition")]))
+    return Comparison(
+        *names, len(shared), *without, findings(rows, _DIFFERENCES), success, own, _together(left, right), tests, confidence
+    )  # fmt: skip
 
 
 def _together(left: pa.Table, right: pa.Table) -> int:

@@ -79,6 +79,7 @@ class ConfigurationComparison:
         by_motion_a: How many of A's trials in the matched configurations have legs that were found by the robot's
             motion.
         by_motion_b: How many of B's trials there have such legs.
+        confidence: Of the intervals.
     """
 
     a: str
@@ -95,6 +96,7 @@ class ConfigurationComparison:
     success: Mapping[str | None, RateDifference]
     by_motion_a: int = 0
     by_motion_b: int = 0
+    confidence: float = 0.95
 
     @property
     def kind(self) -> str:
@@ -165,7 +167,7 @@ def compare_configurations(
     return ConfigurationComparison(
         *names, source_a, source_b, tuple(keys), len(shared), len(first) - len(shared),
         len(second) - len(shared), _repetitions(left), _repetitions(right), findings(rows, _DIFFERENCES), success,
-        _by_motion(a, left), _by_motion(b, right),
+        _by_motion(a, left), _by_motion(b, right), confidence,
     )  # fmt: skip
 
 
