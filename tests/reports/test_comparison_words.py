@@ -1,4 +1,4 @@
-"""What a comparison says of its own intervals and tests, on tables made by hand."""
+"""What comparisons, and the table in the terminal, say of their own numbers, on tables made by hand."""
 
 from __future__ import annotations
 
@@ -94,3 +94,10 @@ def test_nobody_is_better_by_nothing() -> None:
     assert "B is better in CT, by 1.000 s on average (0." in of_one(found)
     by_rank = of_one(compare(system("x", 9, n=9), system("y", 9, n=9, times=lambda i: 15.0 + i / 10)))
     assert "by 4.600 s (4.350 to 4.850)" in by_rank
+
+
+def test_the_terminals_means_say_whom_they_leave_out() -> None:
+    whole = system("x", 30)
+    assert "leave out" not in text.headline(whole)
+    some = pa.Table.from_pylist([r | ({} if r["success"] else {"CT": None}) for r in whole.to_pylist()], row_schema())
+    assert text.headline(some).endswith("such as those that did not finish: CT 2")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -31,7 +32,8 @@ from clearway.trials.store import Results
 def headline(table: pa.Table) -> str:
     """SR with its exact interval, by the robot's own estimate and with slack, and the mean of each of paper A's indicators,
     per system, batch and speed; a sign says on what the navigator's parameters were chosen."""
-    means = {(*(r[c] for c in GROUP), r["indicator"]): r["mean"] for r in describe(table, HEADLINE).to_pylist()}
+    described = describe(table, HEADLINE).to_pylist()
+    means = {(*(r[c] for c in GROUP), r["indicator"]): r["mean"] for r in described}
     hidden = {c for c, kinds in (("setup", 0), ("suite", 1)) if len(set(table[c].to_pylist()) - {None, ""}) <= kinds}
     shown = [c for c in GROUP if c not in hidden]
     heads = [{"speed": "v [m/s]", "setup": "set-up"}.get(c, c) for c in shown] + [
@@ -50,8 +52,17 @@ def headline(table: pa.Table) -> str:
         labels = [f"{r[c]:g}" if isinstance(r[c], float) else str(r[c] or "-") for c in shown]
         labels[shown.index("navigator")] += tuning.sign(t for t in trials if all(t[c] == r[c] for c in GROUP))
         rows.append([*labels, str(r["n"] + r["unknown"]), found, *others, *numbers])
-    notes = (sharing.footnote(trials), tuning.footnote(trials))
+    notes = (_left_out(described), sharing.footnote(trials), tuning.footnote(trials))
     return "\n".join([columns(heads, rows), *(said.strip() for said in notes if said)])
+
+
+def _left_out(described: Iterable[Mapping[str, Any]]) -> str:
+    """How many trials the means leave out; empty where they are of all."""
+    lacking: Counter[str] = Counter()
+    for r in described:
+        lacking[r["indicator"]] += r["missing"]
+    said = ", ".join(f"{name} {n}" for name, n in lacking.items() if n)
+    return f"means leave out trials without a value, such as those that did not finish: {said}" if said else ""
 
 
 def numbers(results: Results) -> str:
