@@ -15,6 +15,7 @@ from clearway.reports.same_tests import same_tests
 from clearway.reports.selection import System, verdict
 from clearway.reports.summary import _of_many, _too_fast, _who, summary
 from clearway.reports.verdicts import Share, arrived, collision_free, precise, verdicts
+from clearway.reports.words import contact
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection
 from clearway.statistics import wilson_interval
@@ -237,6 +238,16 @@ def test_only_what_a_person_stopped_is_called_stopped(reason: str, words: str, s
     assert verdict(f.rows[0]) == short
     [found] = causes(f, f.systems[0])
     assert (found.words, found.count, found.advice) == (words, 2, advice)
+
+
+def test_people_and_robots_are_not_called_obstacles() -> None:
+    met = CRASHED | {"reason": "contact with robot 'robot 2'"}
+    assert [contact(PLAIN | met | {"touched": kind}) for kind in ("robot", "person", "furniture", None)] == [
+        "met another robot while both moved",
+        "met a person while both moved",
+        "met an obstacle while both moved",
+        "met an obstacle while both moved",
+    ]
 
 
 def test_the_localisation_is_named_only_where_the_robot_took_itself_to_be_right() -> None:

@@ -14,9 +14,14 @@ WAYS_OUT = {
 """The column `avoidable` in words."""
 
 
+_OTHERS = {"person": "a person", "robot": "another robot"}
+"""Who was touched, by the column `touched`, where it is no obstacle."""
+
+
 def contact(row: Row) -> str:
-    """A contact in words: who moved."""
+    """A contact in words: who moved, and who the other was."""
     other = "the moving obstacle" if "moving" in str(row["reason"]) else "an obstacle"
+    other = _OTHERS.get(row.get("touched") or "", other)
     if str(row["failure"]) == "collision at rest":
         return f"{other} drove into it while it stood"
     return {
