@@ -101,3 +101,11 @@ def test_the_terminals_means_say_whom_they_leave_out() -> None:
     assert "leave out" not in text.headline(whole)
     some = pa.Table.from_pylist([r | ({} if r["success"] else {"CT": None}) for r in whole.to_pylist()], row_schema())
     assert text.headline(some).endswith("such as those that did not finish: CT 2")
+
+
+def test_a_navigator_is_named_once_beside_what_it_was_tuned_on() -> None:
+    assert text.tuned_lines({"tiago, hp-st": {"hp-st": "none"}, "hp-st": {"hp-st": "none"}}) == [
+        "tiago, hp-st: none",
+        "hp-st: none",
+    ]
+    assert text.tuned_lines({"results/a": {"hp-st": "none"}}) == ["results/a, hp-st: none"]

@@ -408,7 +408,9 @@ def test_compare_needs_something_in_common():
     b = table([row | {"suite": "other"} for row in a.to_pylist()])
     with pytest.raises(ClearwayError, match="no test in common"):
         compare(a, b)
-    with pytest.raises(ClearwayError, match="two trials for"):
+    with pytest.raises(
+        ClearwayError, match="two trials for suite hospital, scenario s0, robot tiago, navigator move-base; choose"
+    ):
         compare(pa.concat_tables([a, a]), a)
     with pytest.raises(ClearwayError, match="at least two"):
         compare_all({"a": a})

@@ -41,7 +41,7 @@ def compare(
     from clearway.errors import ClearwayError
     from clearway.reports.comparison_page import write_comparison
     from clearway.reports.side_by_side import tables_of
-    from clearway.reports.text import comparison, tuned
+    from clearway.reports.text import comparison, tuned, tuned_lines
     from clearway.statistics import ConfigurationComparison, compare_all
     from clearway.trials.differences import other_robots
     from clearway.trials.store import open_results
@@ -61,7 +61,7 @@ def compare(
             ["\n".join(f"{a} and {b} have no test in common, and are not compared" for a, b in apart)] if apart else []
         )
         parts += [f"page: {page}"] if page else []
-        said = [f"{name}, {n}: {words}" for name, all_of_it in chosen.items() for n, words in all_of_it.items()]
+        said = tuned_lines(chosen)
         typer.echo("\n\n".join([*parts, *(["\n".join(said)] if said else [])]))
         return
     whole = []

@@ -123,6 +123,15 @@ def tuned(tables: Mapping[str, pa.Table]) -> dict[str, dict[str, str]]:
     return found
 
 
+def tuned_lines(found: Mapping[str, Mapping[str, str]]) -> list[str]:
+    """The same in a line each; a navigator that is in the name is not told twice."""
+    return [
+        f"{name if navigator in name.split(', ') else f'{name}, {navigator}'}: {words}"
+        for name, said in found.items()
+        for navigator, words in said.items()
+    ]
+
+
 def comparison(found: Comparison | ConfigurationComparison) -> str:
     """Differences of two results, all batches together and batch by batch."""
     return _matched(found) if isinstance(found, ConfigurationComparison) else _paired(found)

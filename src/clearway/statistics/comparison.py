@@ -157,7 +157,9 @@ def _index(table: pa.Table, keys: list[str], name: str) -> dict[tuple[Any, ...],
     found: dict[tuple[Any, ...], int] = {}
     for row, key in enumerate(zip(*[values(table, column) for column in keys], strict=True)):
         if key in found:
-            what = ", ".join(f"{column} {value}" for column, value in zip(keys, key, strict=True))
+            what = ", ".join(
+                f"{column} {value}" for column, value in zip(keys, key, strict=True) if value not in (None, "")
+            )
             raise ClearwayError(
                 f"{name}: two trials for {what}; choose one robot, one navigator and one set-up of each"
             )
