@@ -226,7 +226,7 @@ class _Watched:
 
 def _drive(navigator: Navigator, robot: Robot, situation: Situation, decision_limit: float | None) -> _Watched:
     run, scenario = _Watched(navigator, situation), _scenario(situation, robot)
-    tracker = make_tracker(scenario.tracking, robot) if "obstacles" in run.needs else None
+    tracker = make_tracker(scenario.followed(robot), robot) if "obstacles" in run.needs else None
     watched: Any = run  # a Navigator, but that its `needs` are those of another
     pilot = compose(watched, make_localiser("truth", robot), tracker=tracker, decision_limit=decision_limit)
     try:

@@ -72,7 +72,7 @@ class TrialSpec:
     @property
     def robots(self) -> list[str]:
         """All that drive in its simulation: names, presets or files."""
-        return [self.robot, *(other.robot or self.robot for other in self.scenario.robots)]
+        return _names(self.scenario, self.robot)
 
     @property
     def navigators(self) -> list[str]:
@@ -193,7 +193,7 @@ class TrialList(Sequence[TrialSpec]):
                 block.robot,
                 block.navigator,
                 plan.localisation or scenario.localisation,
-                plan.tracking or scenario.tracking,
+                plan.tracking or scenario.followed(load_robot(_names(scenario, block.robot)[member])),
                 block.setup,
                 block.suite,
                 member,
@@ -239,6 +239,10 @@ class TrialList(Sequence[TrialSpec]):
             if twice := set(values[often > 1].tolist()):
                 _refuse_twins([spec for spec in self if spec.robot == robot and spec.scenario.seed in twice])
         return runs
+
+
+def _names(scenario: Scenario, robot: str) -> list[str]:
+    return [robot, *(other.robot or robot for other in scenario.robots)]
 
 
 def _blocks(plan: Asked) -> list[_Block]:

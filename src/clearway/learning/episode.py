@@ -143,8 +143,8 @@ def equipment_of(
     scenario: Scenario, robot: Robot, seeing: Seeing, localisation: str | None, tracking: str | None
 ) -> list[Equipment]:
     """What each robot of `scenario` brings, whose first is `robot`; names that are None: as the scenario says."""
-    where, how = localisation or scenario.localisation, tracking or scenario.tracking
-    return [Equipment(one, seeing, where, how) for one in robots_of(scenario, robot)]
+    where = localisation or scenario.localisation
+    return [Equipment(one, seeing, where, tracking or scenario.followed(one)) for one in robots_of(scenario, robot)]
 
 
 def robots_of(scenario: Scenario, robot: Robot) -> list[Robot]:

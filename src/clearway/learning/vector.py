@@ -293,7 +293,7 @@ class _World:
     def __init__(self, scenario: Scenario, robot: Any, view: View) -> None:
         seeing = view.seeing
         equipment = equipment_of(scenario, robot, seeing, view.localisation, view.tracking)
-        localisation, tracking = view.localisation or scenario.localisation, view.tracking or scenario.tracking
+        localisation, tracking = view.localisation or scenario.localisation, view.tracking or scenario.followed(robot)
         if localisation not in _PLACES:
             raise _refused(
                 f"localisation by {localisation!r}",

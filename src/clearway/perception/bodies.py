@@ -14,7 +14,8 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel, uncompiled
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
-from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
+from clearway.perception.arcs import LEAST, LEAST_KNOWN, arc
+from clearway.perception.clusters import ClusterParameters, IntArray, Returns, by_label, cores
 from clearway.perception.seen_through import share_seen_through
 from clearway.perception.structure import unseen
 from clearway.robots import Robot
@@ -35,6 +36,11 @@ EDGE = 0.15
 """rad: a body whose centre lies within this of the edge of the view may have left it."""
 LATCH = 1.0
 """s for which a body that was seen to move is still one that moves."""
+EXACT = 0.005
+"""m: no range and no radius is taken to be known better."""
+SURE, SLOW = 4.0, 0.05
+"""A round body moves at the first sign of it, if its speed is beyond so many standard deviations and so many m/s, by which
+odometry may err. By that alone posts that stand side by side moved, as now one is in view and now the next."""
 PART = 5.0
 """A body that is cut by the edge of the view or by something nearer goes on counting as moving for so long after it last showed
 that it does, s; then it has to show it again, else one who once was taken for moving and is seen in part would for ever."""
@@ -124,6 +130,48 @@ def _found(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float) -> 
     )  # fmt: skip
 
 
+@kernel
+def _rounded(
+    found: _Candidates, returns: Returns, at: IntArray, disc: FloatArray, doubt: FloatArray, largest: float, sigma: float
+) -> FloatArray:  # fmt: skip
+    """Put in place of the circles of those that are round the ones of which their returns are an arc.
+
+    Args:
+        found: They change. A round body of which too little is seen for that counts as cut.
+        returns: What was seen.
+        at: (n,) which body each is; -1: a new one.
+        disc: (m,) radius of each body that is known to be round, m.
+        doubt: (m,) variance of that, m^2; inf: it isn't, or nobody knows.
+        largest: Radius of a body, m.
+        sigma: Standard deviation of a range, m.
+
+    Returns:
+        (n,) variance of the radius of those that are round, m^2; inf of the others.
+    """
+    order, first = by_label(returns.label, returns.size.shape[0])
+    variance = np.full(at.shape[0], math.inf)
+    for j in range(at.shape[0]):
+        i, c = at[j], found.rows[j]
+        known = i >= 0 and doubt[i] < math.inf
+        members = order[first[c] : first[c + 1]]
+        if not found.legs[j] and members.shape[0] >= (LEAST_KNOWN if known else LEAST):
+            r = found.circle[j, 2]
+            a = arc(
+                returns.raw,
+                members,
+                returns.sensor,
+                sigma,
+                disc[i] if known else r,
+                doubt[i] if known else 0.25 * r * r,
+            )
+            if a.fits and a.radius <= largest:
+                found.circle[j, 0], found.circle[j, 1], found.circle[j, 2] = a.x, a.y, a.radius
+                found.variance[j] = max(a.variance, EXACT * EXACT)
+                variance[j] = max(a.radius_variance, EXACT * EXACT)
+        found.cut[j] = (found.cut[j] or known) and variance[j] == math.inf
+    return variance
+
+
 class DifferenceFollower:
     """Finite differences from one scan to the next; every cluster that may be a body is one that moves."""
 
@@ -137,6 +185,9 @@ class DifferenceFollower:
         """See `Follower`. A body belongs to the nearest one of the last scan that it can have come from."""
         found = _found(returns, scan, self._p, self._sigma)
         n, dt = len(found.rows), t - self._t
+        new = np.full(n, -1, dtype=np.int64)
+        none_known = np.empty(0)
+        _rounded(found, returns, new, none_known, none_known, self._p.body_radius, max(self._sigma, EXACT))
         x = np.ascontiguousarray(found.circle[:, :2])
         error = kalman.SIGMAS * np.sqrt(found.variance)
         v, v_error = np.zeros((n, 2)), np.full(n, np.inf)
@@ -179,6 +230,8 @@ class _Filters(NamedTuple):
     moved: FloatArray  # (n,) when it last counted as moving
     shown: FloatArray  # (n,) when it last showed that it does
     signs: IntArray  # (n,) periods in a row with signs of motion
+    disc: FloatArray  # (n,) radius of one that is round, m
+    doubt: FloatArray  # (n,) variance of that, m^2; inf: it isn't, or nobody knows
 
 
 @kernel
@@ -186,7 +239,7 @@ def _no_filters(n: int) -> _Filters:
     """So many, of which nothing is known."""
     return _Filters(
         np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n),
-        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64),
+        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64), np.zeros(n), np.full(n, math.inf),
     )  # fmt: skip
 
 
@@ -230,7 +283,7 @@ class BodyFollower:
         dt, self._t = t - self._t, t
         found = _found(returns, scan, self._p, self._sigma)
         self._filters, at, owner, self._unused = _associate(
-            self._filters, found, returns.label, len(returns.size), self._unused, self._assumed, dt, t
+            self._filters, found, returns, self._unused, self._assumed, max(self._sigma, EXACT), dt, t
         )  # fmt: skip
         now = _Past(
             t, scan.ranges, scan.angle_min, scan.angle_increment, scan.range_max, returns.sensor, returns.points, owner
@@ -264,29 +317,31 @@ class BodyFollower:
 
 @kernel
 def _associate(
-    before: _Filters, found: _Candidates, label: IntArray, clusters: int, unused: int, p: _Assumed, dt: float, t: float
+    before: _Filters, found: _Candidates, returns: Returns, unused: int, p: _Assumed, sigma: float, dt: float, t: float
 ) -> tuple[_Filters, IntArray, IntArray, int]:  # fmt: skip
     """Advance the filters, correct those that are seen, drop old ones, begin new ones.
 
     Args:
         before: The filters; they change.
         found: What may be bodies.
-        label: (m,) the cluster of each return.
-        clusters: How many there are.
+        returns: What was seen.
         unused: The first identity that was never given.
         p: What is assumed.
+        sigma: Standard deviation of a range, m.
         dt: Time since the last period, s.
         t: Now, s.
 
     Returns:
         The filters now; which belongs to each candidate; the identity of each return's body (m,), -1: none; `unused` now.
     """
-    ids, state, spread, radius, largest, seen, moved, shown, signs = before
+    ids, state, spread, radius, largest, seen, moved, shown, signs, disc, doubt = before
+    label, clusters = returns.label, returns.size.shape[0]
     circle, variance = found.circle, found.variance
     n, m = ids.shape[0], variance.shape[0]
     kalman.predict(state, spread, dt, p.spread)
     reach = np.minimum(kalman.SIGMAS * np.sqrt(spread[:, 0]) + 0.5 * radius, p.body_radius)
     at = kalman.nearest_pairs(state, reach, circle, kalman.SIGMAS * np.sqrt(variance) + 0.5 * circle[:, 2])
+    of_radius = _rounded(found, returns, at, disc, doubt, p.body_radius, sigma)
     fresh = 0
     for j in range(m):
         i = at[j]
@@ -294,7 +349,18 @@ def _associate(
             fresh += 1
             continue
         x, y, r = circle[j]
-        if found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
+        if of_radius[j] < math.inf:
+            if doubt[i] < math.inf:  # its near side is where it was, however large it turns out
+                dx, dy = x - returns.sensor[0], y - returns.sensor[1]
+                deeper = (r - disc[i]) / max(math.hypot(dx, dy), 1e-9)
+                state[i, 0] += deeper * dx
+                state[i, 1] += deeper * dy
+                kalman.correct(state, spread, i, x, y, variance[j])
+            else:  # the same body, another point of it
+                state[i, 0], state[i, 1], spread[i, 0], spread[i, 1] = x, y, variance[j], 0.0
+            disc[i] = radius[i] = largest[i] = r
+            doubt[i] = of_radius[j]
+        elif found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
             radius[i] = max(radius[i], r)
             hidden = radius[i] - r
             vx, vy, vv = state[i, 2], state[i, 3], spread[i, 2]
@@ -319,6 +385,7 @@ def _associate(
         new.ids[k], new.state[k], new.spread[k] = ids[i], state[i], spread[i]
         new.radius[k], new.largest[k], new.seen[k] = radius[i], largest[i], seen[i]
         new.moved[k], new.shown[k], new.signs[k] = moved[i], shown[i], signs[i]
+        new.disc[k], new.doubt[k] = disc[i], doubt[i]
     body, k = np.full(clusters, -1, dtype=np.int64), kept
     for j in range(m):
         if at[j] >= 0:
@@ -326,6 +393,7 @@ def _associate(
         else:
             kalman.begin(new.state, new.spread, k, circle[j, 0], circle[j, 1], variance[j], p.speed)
             new.ids[k], new.radius[k], new.seen[k] = unused + k - kept, circle[j, 2], t
+            new.disc[k], new.doubt[k] = circle[j, 2], of_radius[j]
             at[j] = k
             k += 1
         body[found.rows[j]] = new.ids[at[j]]
@@ -370,8 +438,11 @@ def _tell(
         if filters.signs[i] >= PERSISTENCE:
             filters.moved[i] = filters.shown[i] = t
     for j in range(at.shape[0]):
-        if found.legs[j]:  # who stands on two may walk off at any time
-            filters.moved[at[j]] = filters.shown[at[j]] = t
+        i = at[j]
+        speed, sure = math.hypot(state[i, 2], state[i, 3]), SURE * math.sqrt(filters.spread[i, 2]) + SLOW
+        # who stands on two legs may walk off at any time; of what is round the centre shows whether it moves, once space has
+        if found.legs[j] or (sign[i] and filters.doubt[i] < math.inf and not found.cut[j] and speed > sure):
+            filters.moved[i] = filters.shown[i] = t
     moves = filters.seen - filters.moved <= LATCH
     x, error = state[:, :2].copy(), kalman.SIGMAS * np.sqrt(filters.spread[:, 0])
     radius = np.maximum(filters.radius, filters.largest)
@@ -390,7 +461,8 @@ def _tell(
             radius[i] = max(radius[i], apart + r)
             continue
         filters.largest[i] = radius[i] = max(filters.largest[i], r)
-        error[i] = kalman.SIGMAS * math.sqrt(found.variance[j])
+        of_radius = filters.doubt[i] if filters.doubt[i] < math.inf else 0.0
+        error[i] = kalman.SIGMAS * math.sqrt(found.variance[j] + of_radius)
         dx, dy = found.circle[j, 0] - sensor[0], found.circle[j, 1] - sensor[1]
         behind = (radius[i] - r) / max(math.hypot(dx, dy), 1e-9)  # as large as it was, as near as the returns allow
         x[i, 0], x[i, 1] = found.circle[j, 0] + dx * behind, found.circle[j, 1] + dy * behind  # covers the returns
@@ -402,7 +474,8 @@ def _tell(
         rx, ry, vx, vy = state[i, 0] - sensor[0], state[i, 1] - sensor[1], state[i, 2] - way[0], state[i, 3] - way[1]
         # another side of it comes into view, at so many rad/s: its circle shifts on it by as many radii
         turning = abs(rx * vy - ry * vx) / max(rx * rx + ry * ry, 1e-2)
-        v_error[k] = kalman.SIGMAS * math.sqrt(filters.spread[i, 2]) + filters.radius[i] * turning
+        side = 0.0 if filters.doubt[i] < math.inf else filters.radius[i]
+        v_error[k] = kalman.SIGMAS * math.sqrt(filters.spread[i, 2]) + side * turning
     inside = cores(returns.points, returns.label, returns.circles, sensor, found.rows[still])
     return Bodies(
         x[rows], state[rows, 2:].copy(), radius[rows], error[rows], v_error,

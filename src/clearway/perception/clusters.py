@@ -81,6 +81,7 @@ class Returns(NamedTuple):
         cut: (k,) uint8, whether it ends where the view does or behind something nearer.
         sensor: (3,) pose of the lidar in the same frame.
         legs: (k,) uint8, whether it is two legs, of a person.
+        raw: (m, 2) the points before their noise was averaged out, which rounds corners and flattens arcs.
     """
 
     points: FloatArray
@@ -93,6 +94,7 @@ class Returns(NamedTuple):
     cut: npt.NDArray[np.uint8]
     sensor: FloatArray
     legs: npt.NDArray[np.uint8]
+    raw: FloatArray
 
 
 class KnownStructure(NamedTuple):
@@ -188,7 +190,8 @@ def _perceive(
     cells: np.ndarray, origin: FloatArray, resolution: float, grazing: float, sigma: float, legs: bool,
     around: bool,
 ) -> tuple[
-    FloatArray, FloatArray, np.ndarray, IntArray, FloatArray, IntArray, FloatArray, np.ndarray, FloatArray, np.ndarray
+    FloatArray, FloatArray, np.ndarray, IntArray, FloatArray, IntArray, FloatArray, np.ndarray, FloatArray, np.ndarray,
+    FloatArray,
 ]:  # fmt: skip
     """See `perceive`; the fields of `Returns`."""
     n = ranges.shape[0]
@@ -227,6 +230,7 @@ def _perceive(
                 if label[j] == last:
                     label[j] = 0
             k -= 1
+    raw = points[:m].copy()
     if sigma > 0.0:
         _smooth(points, distance, label, sensor, m, SIDES, JOIN * math.sqrt(2.0) * sigma)
     people = np.empty((0, 3))
@@ -250,7 +254,7 @@ def _perceive(
         other = label[j + 1] if j + 1 < m and beam[j + 1] == after else -1
         if ranges[after] < nearer and other != label[j]:
             cut[label[j]] = 1
-    order, first = _by_label(label[:m], k)
+    order, first = by_label(label[:m], k)
     for c in range(k):
         members = order[first[c] : first[c + 1]]
         count[c] = members.shape[0]
@@ -261,7 +265,7 @@ def _perceive(
         else:
             circles[c, 0], circles[c, 1], circles[c, 2] = enclosing_circle(points, members)
         circles[c, 2] += 0.5 * increment * far[c]
-    return points[:m], distance[:m], known[:m], label[:m], circles, count, far, cut, sensor, paired
+    return points[:m], distance[:m], known[:m], label[:m], circles, count, far, cut, sensor, paired, raw
 
 
 @kernel
@@ -271,7 +275,7 @@ def _pair_legs(points: FloatArray, label: IntArray, known: np.ndarray, k: int) -
     Returns:
         (j, 3) of each of the j clusters then: x, y, radius of the person; radius 0 where it is not two legs.
     """
-    order, first = _by_label(label, k)
+    order, first = by_label(label, k)
     leg, partner = np.full((k, 3), math.nan), np.full(k, -1, dtype=np.int64)
     for c in range(k):
         members = order[first[c] : first[c + 1]]
@@ -384,8 +388,8 @@ def _joined(
 
 
 @kernel
-def _by_label(label: IntArray, k: int) -> tuple[IntArray, IntArray]:
-    """Indices sorted by label, stably, and where each label's begin: (m,), (k + 1,)."""
+def by_label(label: IntArray, k: int) -> tuple[IntArray, IntArray]:
+    """Indices of `label` (m,) sorted by it, stably, and where those of each of the `k` labels begin: (m,), (k + 1,)."""
     first = np.zeros(k + 1, dtype=np.int64)
     for j in range(label.shape[0]):
         first[label[j] + 1] += 1
@@ -435,7 +439,7 @@ def _cover(
         if k <= most or level >= 24:
             break
         level += 1
-    order, first = _by_label(own, k)
+    order, first = by_label(own, k)
     discs, all_known = np.empty((k, 3)), np.ones(k, dtype=np.uint8)
     for c in range(k):
         members = taken[order[first[c] : first[c + 1]]]

@@ -31,7 +31,7 @@ from clearway.quantities import (
     Whole,
 )
 from clearway.reading.limits import LEGS, LENGTH, OBSTACLES, PEOPLE, POINTS, ROBOTS, RUNS, SECONDS
-from clearway.robots import Tolerances, load_robot
+from clearway.robots import Robot, Tolerances, load_robot
 from clearway.robots.ideal import RobotError
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.motions import MotionSpec, Stiffness, Velocity
@@ -265,7 +265,8 @@ class Scenario(Table):
         default="amcl", description="unless the run says otherwise"
     )
     tracking: Literal["difference", "kalman"] = Field(
-        default="kalman", description="how the robot follows obstacles, unless the run says otherwise"
+        default="kalman",
+        description="how a robot with a camera follows obstacles, unless the run says otherwise; by a lidar alone `kalman`",
     )
     disturbance: DisturbanceSpec | None = Field(default=None, description="of the robot's motion; default: none")
     latency: NonNegative = Field(
@@ -320,6 +321,10 @@ class Scenario(Table):
     def tested(self) -> list[int]:
         """Which of these have trials of their own."""
         return [0, *(k for k, robot in enumerate(self.robots, start=1) if robot.role == "tested")]
+
+    def followed(self, robot: Robot) -> str:
+        """How `robot` follows obstacles here unless it is told otherwise: what differences are taken of, paper B's camera tells."""
+        return "kalman" if robot.camera is None else self.tracking
 
     def members(self) -> list[Scenario]:
         """What each of its robots is to do: its own one, then its other `robots`, whose noise is their own."""
