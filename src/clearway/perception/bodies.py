@@ -461,8 +461,7 @@ def _tell(
             radius[i] = max(radius[i], apart + r)
             continue
         filters.largest[i] = radius[i] = max(filters.largest[i], r)
-        of_radius = filters.doubt[i] if filters.doubt[i] < math.inf else 0.0
-        error[i] = kalman.SIGMAS * math.sqrt(found.variance[j] + of_radius)
+        error[i] = kalman.SIGMAS * math.sqrt(found.variance[j])
         dx, dy = found.circle[j, 0] - sensor[0], found.circle[j, 1] - sensor[1]
         behind = (radius[i] - r) / max(math.hypot(dx, dy), 1e-9)  # as large as it was, as near as the returns allow
         x[i, 0], x[i, 1] = found.circle[j, 0] + dx * behind, found.circle[j, 1] + dy * behind  # covers the returns
