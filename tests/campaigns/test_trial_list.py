@@ -140,3 +140,12 @@ def test_a_long_campaign_is_stopped_gone_on_with_sharded_and_rerun(small_blocks:
     again = rerun(results, 17)
     assert again.difference is None
     assert not again.remarks
+
+
+def test_differences_are_of_what_a_camera_tells_unless_a_run_says_otherwise() -> None:
+    plan = CampaignPlan(
+        suites=("sar-case1",), robots=("rescue", "rescue:lidar"), selection=Selection(configurations=("scenario-1",))
+    )
+    asked = dataclasses.replace(plan, tracking="difference")
+    assert {spec.robot: spec.tracking for spec in TrialList(plan)} == {"rescue": "difference", "rescue:lidar": "kalman"}
+    assert {spec.tracking for spec in TrialList(asked)} == {"difference"}
