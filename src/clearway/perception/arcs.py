@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 from clearway.perception.clusters import IntArray
 
@@ -21,6 +19,8 @@ DOUBT = 3.0
 """Standard deviations of chi-squared by which the residuals of an arc may be larger than noise makes them."""
 SHARP = 0.15
 """Standard deviation of a radius over it, at most: a side that is as good as straight is no arc."""
+MOST = 10.0
+"""m: what has a larger radius is a wall."""
 
 
 class Arc(NamedTuple):
@@ -43,7 +43,7 @@ class Arc(NamedTuple):
     fits: bool
 
 
-@kernel
+@light
 def arc(points: FloatArray, rows: IntArray, sensor: FloatArray, sigma: float, radius: float, variance: float) -> Arc:
     """The likeliest circle through `points[rows]`, of which the near side is seen, by Gauss and Newton.
 
@@ -66,42 +66,35 @@ def arc(points: FloatArray, rows: IntArray, sensor: FloatArray, sigma: float, ra
     r = radius
     x, y = x + 0.7 * r * dx, y + 0.7 * r * dy
     weight = 1.0 / (sigma * sigma)
-    a = np.empty((3, 3))
-    squares = math.inf
     for step in range(STEPS + 1):
-        a[:] = 0.0
-        a[2, 2] = 1.0 / variance
-        bx, by, br = 0.0, 0.0, (radius - r) / variance
-        squares = (radius - r) ** 2 / variance
+        off = radius - r
+        squares, xx, xy, yy, xr, yr, rr = off * off / variance, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0 / variance
+        bx, by, br = 0.0, 0.0, off / variance
         for k in range(n):
             px, py = points[rows[k], 0] - x, points[rows[k], 1] - y
             d = max(math.hypot(px, py), 1e-9)
-            ux, uy, e = px / d, py / d, d - r  # of the distance the derivatives are -u, of the residual that of r is -1
+            ux, uy, e = px / d, py / d, d - r  # as the centre or the radius grows, e falls by u and by 1
             squares += weight * e * e
-            bx += weight * ux * e
-            by += weight * uy * e
-            br += weight * e
-            a[0, 0] += weight * ux * ux
-            a[0, 1] += weight * ux * uy
-            a[1, 1] += weight * uy * uy
-            a[0, 2] += weight * ux
-            a[1, 2] += weight * uy
-            a[2, 2] += weight
-        # inverse of the symmetric 3 x 3
-        a00, a01, a02, a11, a12, a22 = a[0, 0], a[0, 1], a[0, 2], a[1, 1], a[1, 2], a[2, 2]
-        c00, c01, c02 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
-        c11, c12, c22 = a00 * a22 - a02 * a02, a01 * a02 - a00 * a12, a00 * a11 - a01 * a01
-        det = a00 * c00 + a01 * c01 + a02 * c02
-        if not det > 0.0:
+            bx, by, br = bx + weight * ux * e, by + weight * uy * e, br + weight * e
+            xx, xy, yy = xx + weight * ux * ux, xy + weight * ux * uy, yy + weight * uy * uy
+            xr, yr, rr = xr + weight * ux, yr + weight * uy, rr + weight
+        # the inverse of that symmetric matrix is these cofactors over its determinant
+        cxx, cxy, cxr = yy * rr - yr * yr, xr * yr - xy * rr, xy * yr - xr * yy
+        cyy, cyr, crr = xx * rr - xr * xr, xy * xr - xx * yr, xx * yy - xy * xy
+        det = xx * cxx + xy * cxy + xr * cxr
+        if not (det > 0.0 and crr > 0.0):
             return Arc(x, y, r, math.inf, math.inf, False)
         if step == STEPS:
             break
-        x += (c00 * bx + c01 * by + c02 * br) / det
-        y += (c01 * bx + c11 * by + c12 * br) / det
-        r += (c02 * bx + c12 * by + c22 * br) / det
-        if not (0.0 < r < 10.0):
+        x += (cxx * bx + cxy * by + cxr * br) / det
+        y += (cxy * bx + cyy * by + cyr * br) / det
+        r += (cxr * bx + cyr * by + crr * br) / det
+        if not 0.0 < r < MOST:
             return Arc(x, y, r, math.inf, math.inf, False)
-    of_centre, of_radius = 0.5 * (a00 + a11) / c22, c22 / det  # half the trace of the inverse of the 2 x 2
+    of_centre, of_radius = (
+        0.5 * (xx + yy) / crr,
+        crr / det,
+    )  # half the trace of the inverse of what belongs to the centre
     behind = (x - sensor[0]) * dx + (y - sensor[1]) * dy > far
     free = n - 2.0
     fits = behind and squares <= free + DOUBT * math.sqrt(2.0 * free) and of_radius <= (SHARP * r) ** 2
