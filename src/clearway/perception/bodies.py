@@ -15,7 +15,7 @@ from clearway.geometry.compiled import kernel, uncompiled
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.arcs import LEAST, LEAST_KNOWN, arc
-from clearway.perception.clusters import ClusterParameters, IntArray, Returns, by_label, cores
+from clearway.perception.clusters import PERSON, ClusterParameters, IntArray, Returns, by_label, cores
 from clearway.perception.seen_through import share_seen_through
 from clearway.perception.structure import unseen
 from clearway.robots import Robot
@@ -130,9 +130,16 @@ def _found(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float) -> 
     )  # fmt: skip
 
 
+def _sizes(robot: Robot, p: ClusterParameters) -> tuple[float, float]:
+    """Least and largest radius of a round body, m: what is smaller may be somebody's legs, where these are what is seen of people."""
+    assert robot.lidar is not None
+    return PERSON if robot.lidar.sees_legs else 0.0, p.body_radius
+
+
 @kernel
 def _rounded(
-    found: _Candidates, returns: Returns, at: IntArray, disc: FloatArray, doubt: FloatArray, largest: float, sigma: float
+    found: _Candidates, returns: Returns, at: IntArray, disc: FloatArray, doubt: FloatArray, sizes: tuple[float, float],
+    sigma: float,
 ) -> FloatArray:  # fmt: skip
     """Put in place of the circles of those that are round the ones of which their returns are an arc.
 
@@ -141,8 +148,8 @@ def _rounded(
         returns: What was seen.
         at: (n,) which body each is; -1: a new one.
         disc: (m,) radius of each body that is known to be round, m.
-        doubt: (m,) variance of that, m^2; inf: it isn't, or nobody knows.
-        largest: Radius of a body, m.
+        doubt: (m,) variance of that, m^2; inf: it isn't, or nobody knows. It changes: two legs are not round.
+        sizes: Least and largest radius of a round body, m.
         sigma: Standard deviation of a range, m.
 
     Returns:
@@ -152,9 +159,13 @@ def _rounded(
     variance = np.full(at.shape[0], math.inf)
     for j in range(at.shape[0]):
         i, c = at[j], found.rows[j]
+        if found.legs[j]:
+            if i >= 0:
+                doubt[i] = math.inf
+            continue
         known = i >= 0 and doubt[i] < math.inf
         members = order[first[c] : first[c + 1]]
-        if not found.legs[j] and members.shape[0] >= (LEAST_KNOWN if known else LEAST):
+        if members.shape[0] >= (LEAST_KNOWN if known else LEAST):
             r = found.circle[j, 2]
             a = arc(
                 returns.raw,
@@ -164,7 +175,7 @@ def _rounded(
                 disc[i] if known else r,
                 doubt[i] if known else 0.25 * r * r,
             )
-            if a.fits and a.radius <= largest:
+            if a.fits and sizes[0] <= a.radius <= sizes[1]:
                 found.circle[j, 0], found.circle[j, 1], found.circle[j, 2] = a.x, a.y, a.radius
                 found.variance[j] = max(a.variance, EXACT * EXACT)
                 variance[j] = max(a.radius_variance, EXACT * EXACT)
@@ -180,14 +191,15 @@ class DifferenceFollower:
         self._p, self._sigma, self._speed, self._acceleration = parameters, robot.lidar.sigma, speed, acceleration
         self._t, self._next = math.nan, 0
         self._before, self._error, self._ids = np.empty((0, 2)), np.empty(0), np.empty(0, dtype=np.int64)
+        self._sizes = _sizes(robot, parameters)
 
     def update(self, returns: Returns, scan: Scan, t: float) -> Bodies:
         """See `Follower`. A body belongs to the nearest one of the last scan that it can have come from."""
         found = _found(returns, scan, self._p, self._sigma)
         n, dt = len(found.rows), t - self._t
         new = np.full(n, -1, dtype=np.int64)
-        none_known = np.empty(0)
-        _rounded(found, returns, new, none_known, none_known, self._p.body_radius, max(self._sigma, EXACT))
+        unknown = np.empty(0)
+        _rounded(found, returns, new, unknown, unknown, self._sizes, max(self._sigma, EXACT))
         x = np.ascontiguousarray(found.circle[:, :2])
         error = kalman.SIGMAS * np.sqrt(found.variance)
         v, v_error = np.zeros((n, 2)), np.full(n, np.inf)
@@ -246,6 +258,7 @@ def _no_filters(n: int) -> _Filters:
 class _Assumed(NamedTuple):
     spread: float  # standard deviation of an acceleration, m/s^2
     speed: float  # bound, m/s
+    least_radius: float  # of a round body, m
     body_radius: float  # of the largest body, m
     range_limit: float  # m
     memory: float  # s, all three
@@ -268,7 +281,7 @@ class BodyFollower:
         self._margin = MARGIN + kalman.SIGMAS * math.sqrt(2.0) * self._sigma
         self._hidden = self._margin + SHARE * 2.0 * parameters.body_radius  # so far one may have gone without a sign
         self._assumed = _Assumed(
-            kalman.SPREAD * acceleration, speed, parameters.body_radius, parameters.range_limit,
+            kalman.SPREAD * acceleration, speed, *_sizes(robot, parameters), parameters.range_limit,
             max(memory, aside), coast, aside,
         )  # fmt: skip
         self._odometry = robot.odometry
@@ -341,7 +354,7 @@ def _associate(
     kalman.predict(state, spread, dt, p.spread)
     reach = np.minimum(kalman.SIGMAS * np.sqrt(spread[:, 0]) + 0.5 * radius, p.body_radius)
     at = kalman.nearest_pairs(state, reach, circle, kalman.SIGMAS * np.sqrt(variance) + 0.5 * circle[:, 2])
-    of_radius = _rounded(found, returns, at, disc, doubt, p.body_radius, sigma)
+    of_radius = _rounded(found, returns, at, disc, doubt, (p.least_radius, p.body_radius), sigma)
     fresh = 0
     for j in range(m):
         i = at[j]

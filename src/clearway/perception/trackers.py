@@ -33,7 +33,6 @@ from clearway.perception.skew import straightened
 from clearway.perception.structure import StructureMemory
 from clearway.quantities import Positive
 from clearway.robots import Robot
-from clearway.robots.robot import LEGS_END
 
 
 class TrackerParameters(BaseModel):
@@ -147,7 +146,7 @@ class LidarTracker:
         assert robot.lidar is not None
         self._remembers = remembers
         self._p, self._sigma, self._make = parameters, robot.lidar.sigma, follower
-        self._legs = robot.lidar.height is not None and robot.lidar.height < LEGS_END
+        self._legs = robot.lidar.sees_legs
         self._drive = robot.drive
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:

@@ -113,6 +113,11 @@ class Lidar(Part):
             raise ValueError(f"angle_min {self.angle_min:g} must not lie above angle_max {self.angle_max:g}")
         return self
 
+    @property
+    def sees_legs(self) -> bool:
+        """Whether it looks so low that of people it sees legs."""
+        return self.height is not None and self.height < LEGS_END
+
 
 class Camera(Part):
     """Sees obstacles as discs within a circle around the robot (paper B's perception field, assumptions A1 and A3)."""

@@ -13,7 +13,6 @@ from clearway.geometry.read_only import read_only
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
 from clearway.robots import Lidar
-from clearway.robots.robot import LEGS_END
 from clearway.trials import Body
 from clearway.world.latency import Past
 from clearway.world.legs import on_legs, standing, walk
@@ -53,7 +52,7 @@ class Scanner:
         rays = beams(lidar.beams, lidar.angle_min, lidar.angle_max, lidar.range_min, lidar.range_max)
         mount = read_only(np.array(lidar.mount, dtype=np.float64))
         key = stream(seed, "lidar")
-        low = lidar.height is not None and lidar.height < LEGS_END
+        low = lidar.sees_legs
         movable, self.legs = on_legs(moving, seed, low)
         self.poses = np.full((len(moving), 3), np.nan)
         view = View(
