@@ -14,8 +14,8 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel, uncompiled
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
-from clearway.perception.arcs import LEAST, LEAST_KNOWN, arc
-from clearway.perception.clusters import PERSON, ClusterParameters, IntArray, Returns, by_label, cores
+from clearway.perception.candidates import EXACT, Candidates, found_in, rounded, sizes_of
+from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
 from clearway.perception.seen_through import share_seen_through
 from clearway.perception.structure import unseen
 from clearway.robots import Robot
@@ -26,9 +26,6 @@ PERSISTENCE = 3
 """Periods in a row in which that must be so."""
 SHARE = 0.25
 """Share of a body's returns that must have come to a free place, or gone from one, before it is said to move."""
-CENTRE = 0.75
-"""Standard deviation of a circle's centre along the line of sight over that of a range: measured on discs and squares
-of 0.2 to 0.6 m at 1.5 to 3.5 m; across it is a fifth of that."""
 SHIFT = 2.5
 """How far the centre of a circle may shift over how much its radius changes: of a square, from two faces in view to
 one, 0.5 e over 0.21 e."""
@@ -36,8 +33,6 @@ EDGE = 0.15
 """rad: a body whose centre lies within this of the edge of the view may have left it."""
 LATCH = 1.0
 """s for which a body that was seen to move is still one that moves."""
-EXACT = 0.005
-"""m: no range and no radius is taken to be known better."""
 SURE, SLOW = 4.0, 0.05
 """A round body moves at the first sign of it, if its speed is beyond so many standard deviations and so many m/s, by which
 odometry may err. By that alone posts that stand side by side moved, as now one is in view and now the next."""
@@ -82,107 +77,6 @@ class Follower(Protocol):
         """The bodies at time `t` [s]; `returns` in a frame that does not move."""
 
 
-class _Candidates(NamedTuple):
-    rows: IntArray  # of the clusters that may be bodies
-    circle: FloatArray  # (n, 3)
-    variance: FloatArray  # (n,) of a coordinate of the centre, m^2
-    cut: npt.NDArray[np.bool_]  # (n,) only a part of it is in view
-    legs: npt.NDArray[np.bool_]  # (n,) it is two legs
-
-
-@kernel
-def _candidates(
-    returns: Returns, increment: float, variance: float, least: int, largest: float, most: int
-) -> _Candidates:  # fmt: skip
-    """Clusters that are in no map and no larger than a body, at most so many.
-
-    Args:
-        returns: What was seen.
-        increment: Between two beams, rad.
-        variance: Of a coordinate of a circle's centre, of the noise of ranges alone, m^2.
-        least: Returns of a body.
-        largest: Radius of a body, m.
-        most: Candidates; those that are nearest.
-    """
-    k = returns.size.shape[0]
-    unknown = np.ones(k, dtype=np.bool_)
-    for j in range(returns.label.shape[0]):
-        if returns.known[j]:
-            unknown[returns.label[j]] = False
-    chosen = unknown & (returns.size >= least) & (returns.circles[:, 2] <= largest)
-    rows = np.flatnonzero(chosen)
-    if rows.shape[0] > most:
-        chosen[rows[np.argsort(returns.far[rows], kind="mergesort")[most:]]] = False
-        rows = np.flatnonzero(chosen)
-    n = rows.shape[0]
-    found = _Candidates(rows, np.empty((n, 3)), np.empty(n), np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_))
-    for j in range(n):
-        c = rows[j]
-        spacing = increment * returns.far[c]
-        found.circle[j], found.variance[j] = returns.circles[c], variance + spacing * spacing / 12.0
-        found.cut[j], found.legs[j] = returns.cut[c] != 0, returns.legs[c] != 0
-    return found
-
-
-def _found(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float) -> _Candidates:
-    return _candidates(
-        returns, scan.angle_increment, (CENTRE * sigma) ** 2, p.body_returns, p.body_radius, p.discs // 4
-    )  # fmt: skip
-
-
-def _sizes(robot: Robot, p: ClusterParameters) -> tuple[float, float]:
-    """Least and largest radius of a round body, m: what is smaller may be somebody's legs, where these are what is seen of people."""
-    assert robot.lidar is not None
-    return PERSON if robot.lidar.sees_legs else 0.0, p.body_radius
-
-
-@kernel
-def _rounded(
-    found: _Candidates, returns: Returns, at: IntArray, disc: FloatArray, doubt: FloatArray, sizes: tuple[float, float],
-    sigma: float,
-) -> FloatArray:  # fmt: skip
-    """Put in place of the circles of those that are round the ones of which their returns are an arc.
-
-    Args:
-        found: They change. A round body of which too little is seen for that counts as cut.
-        returns: What was seen.
-        at: (n,) which body each is; -1: a new one.
-        disc: (m,) radius of each body that is known to be round, m.
-        doubt: (m,) variance of that, m^2; inf: it isn't, or nobody knows. It changes: two legs are not round.
-        sizes: Least and largest radius of a round body, m.
-        sigma: Standard deviation of a range, m.
-
-    Returns:
-        (n,) variance of the radius of those that are round, m^2; inf of the others.
-    """
-    order, first = by_label(returns.label, returns.size.shape[0])
-    variance = np.full(at.shape[0], math.inf)
-    for j in range(at.shape[0]):
-        i, c = at[j], found.rows[j]
-        if found.legs[j]:
-            if i >= 0:
-                doubt[i] = math.inf
-            continue
-        known = i >= 0 and doubt[i] < math.inf
-        members = order[first[c] : first[c + 1]]
-        if members.shape[0] >= (LEAST_KNOWN if known else LEAST):
-            r = found.circle[j, 2]
-            a = arc(
-                returns.raw,
-                members,
-                returns.sensor,
-                sigma,
-                disc[i] if known else r,
-                doubt[i] if known else 0.25 * r * r,
-            )
-            if a.fits and sizes[0] <= a.radius <= sizes[1]:
-                found.circle[j, 0], found.circle[j, 1], found.circle[j, 2] = a.x, a.y, a.radius
-                found.variance[j] = max(a.variance, EXACT * EXACT)
-                variance[j] = max(a.radius_variance, EXACT * EXACT)
-        found.cut[j] = (found.cut[j] or known) and variance[j] == math.inf
-    return variance
-
-
 class DifferenceFollower:
     """Finite differences from one scan to the next; every cluster that may be a body is one that moves."""
 
@@ -191,15 +85,15 @@ class DifferenceFollower:
         self._p, self._sigma, self._speed, self._acceleration = parameters, robot.lidar.sigma, speed, acceleration
         self._t, self._next = math.nan, 0
         self._before, self._error, self._ids = np.empty((0, 2)), np.empty(0), np.empty(0, dtype=np.int64)
-        self._sizes = _sizes(robot, parameters)
+        self._sizes = sizes_of(robot, parameters)
 
     def update(self, returns: Returns, scan: Scan, t: float) -> Bodies:
         """See `Follower`. A body belongs to the nearest one of the last scan that it can have come from."""
-        found = _found(returns, scan, self._p, self._sigma)
+        found = found_in(returns, scan, self._p, self._sigma)
         n, dt = len(found.rows), t - self._t
         new = np.full(n, -1, dtype=np.int64)
         unknown = np.empty(0)
-        _rounded(found, returns, new, unknown, unknown, self._sizes, max(self._sigma, EXACT))
+        rounded(found, returns, new, unknown, unknown, self._sizes, max(self._sigma, EXACT))
         x = np.ascontiguousarray(found.circle[:, :2])
         error = kalman.SIGMAS * np.sqrt(found.variance)
         v, v_error = np.zeros((n, 2)), np.full(n, np.inf)
@@ -281,7 +175,7 @@ class BodyFollower:
         self._margin = MARGIN + kalman.SIGMAS * math.sqrt(2.0) * self._sigma
         self._hidden = self._margin + SHARE * 2.0 * parameters.body_radius  # so far one may have gone without a sign
         self._assumed = _Assumed(
-            kalman.SPREAD * acceleration, speed, *_sizes(robot, parameters), parameters.range_limit,
+            kalman.SPREAD * acceleration, speed, *sizes_of(robot, parameters), parameters.range_limit,
             max(memory, aside), coast, aside,
         )  # fmt: skip
         self._odometry = robot.odometry
@@ -294,7 +188,7 @@ class BodyFollower:
         if not t > self._t:  # the first one
             self._t = t
         dt, self._t = t - self._t, t
-        found = _found(returns, scan, self._p, self._sigma)
+        found = found_in(returns, scan, self._p, self._sigma)
         self._filters, at, owner, self._unused = _associate(
             self._filters, found, returns, self._unused, self._assumed, max(self._sigma, EXACT), dt, t
         )  # fmt: skip
@@ -330,7 +224,7 @@ class BodyFollower:
 
 @kernel
 def _associate(
-    before: _Filters, found: _Candidates, returns: Returns, unused: int, p: _Assumed, sigma: float, dt: float, t: float
+    before: _Filters, found: Candidates, returns: Returns, unused: int, p: _Assumed, sigma: float, dt: float, t: float
 ) -> tuple[_Filters, IntArray, IntArray, int]:  # fmt: skip
     """Advance the filters, correct those that are seen, drop old ones, begin new ones.
 
@@ -354,7 +248,7 @@ def _associate(
     kalman.predict(state, spread, dt, p.spread)
     reach = np.minimum(kalman.SIGMAS * np.sqrt(spread[:, 0]) + 0.5 * radius, p.body_radius)
     at = kalman.nearest_pairs(state, reach, circle, kalman.SIGMAS * np.sqrt(variance) + 0.5 * circle[:, 2])
-    of_radius = _rounded(found, returns, at, disc, doubt, (p.least_radius, p.body_radius), sigma)
+    of_radius = rounded(found, returns, at, disc, doubt, (p.least_radius, p.body_radius), sigma)
     fresh = 0
     for j in range(m):
         i = at[j]
@@ -426,7 +320,7 @@ def _notice(sign: npt.NDArray[np.bool_], ids: IntArray, past: _Past, now: _Past,
 
 @kernel
 def _tell(
-    filters: _Filters, sign: npt.NDArray[np.bool_], returns: Returns, found: _Candidates, at: IntArray, p: _Assumed,
+    filters: _Filters, sign: npt.NDArray[np.bool_], returns: Returns, found: Candidates, at: IntArray, p: _Assumed,
     way: FloatArray, t: float, angle_min: float, field: float, near: float, slowest: float,
 ) -> Bodies:  # fmt: skip
     """Which bodies move, and what is told of them.
