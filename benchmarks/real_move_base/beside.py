@@ -131,6 +131,10 @@ class Both:
         self.periods += 1
         return theirs
 
+    def close(self) -> None:
+        """Leave the real one's master: a node that stays looks for its publishers for ever."""
+        self._real.close()
+
 
 def drive(
     built: Path, out: Path, setting: Setting, scenario: str, repetitions: int, pace: Mapping[str, float]
@@ -166,6 +170,8 @@ def drive(
                     decision_limit=60.0, keep="table", out=Path(folder) / "results",
                 )  # fmt: skip
                 (row,) = results.trials.to_pylist()
+            if who == "real":
+                driven[-1].close()
             kept = {key: row[key] for key in ("outcome", "reason", "success", "success_self", "CT")}
             test = scenario.rpartition("-r")[0]
             found.append(setting._asdict() | {"scenario": scenario, "test": test, "who": who} | kept)

@@ -178,6 +178,18 @@ def test_a_publisher_that_leaves_is_not_heard_any_more_and_one_that_cannot_be_re
         assert hears.problem.startswith(f"{uri} cannot be reached: ")
 
 
+def test_one_that_is_closed_looks_for_nobody_whatever_a_master_still_tells(node: Callable[..., Node]) -> None:
+    one, other = node(), node()
+    hears, says = other.subscription("cmd_vel", TWIST), one.publisher("cmd_vel", TWIST)
+    soon(hears.connected)
+    hears.close()
+    soon(lambda: not hears.connected() and not says.subscribers())
+    hears.publishers([one.uri])
+    time.sleep(0.3)
+    assert not hears.connected()
+    assert not says.subscribers()
+
+
 def test_a_subscriber_that_takes_nothing_is_left(node: Callable[..., Node]) -> None:
     one = node()
     says = one.publisher("cmd_vel", TWIST)

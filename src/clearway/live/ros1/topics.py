@@ -106,11 +106,12 @@ class Subscription:
         self._wanted: dict[str, threading.Event] = {}
         self._open: dict[str, socket.socket] = {}
         self._heard: deque[tuple[str, bytes]] = deque(maxlen=1000)
+        self._closed = False
 
     def publishers(self, uris: Iterable[str]) -> None:
-        """Hear these nodes, and no others."""
-        uris = set(uris)
+        """Hear these nodes, and no others; once closed, none: a master goes on telling of publishers for a while."""
         with self._lock:
+            uris = set() if self._closed else set(uris)
             for uri in self._wanted.keys() - uris:
                 self._wanted.pop(uri).set()
                 if uri in self._open:
@@ -141,6 +142,7 @@ class Subscription:
 
     def close(self) -> None:
         """Hear nobody any more."""
+        self._closed = True
         self.publishers(())
 
     def _follow(self, uri: str, left: threading.Event) -> None:
