@@ -20,6 +20,7 @@ from clearway.robots import load_robot
 from clearway.scenarios.offers import OFFERS, Offer, find_offer, two_rooms, width_of
 
 
+@pytest.mark.slow
 def test_the_quick_case_of_the_how_to_and_again_from_what_is_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

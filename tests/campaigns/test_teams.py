@@ -132,6 +132,7 @@ def test_a_pair_gets_past_each_other_in_every_batch(tmp_path: Path) -> None:
     assert [row["scenario"] for row in rows if row["outcome"] != "reached"] == []
 
 
+@pytest.mark.slow
 def test_what_a_fleet_did_is_told_though_only_rows_were_kept(tmp_path: Path) -> None:
     asked: dict[str, Any] = {"navigators": ["orca"], "batches": ["doorway"], "configurations": ["2", "4"], "workers": 1}
     told = []

@@ -92,7 +92,10 @@ def drive(seconds: float = 2.0, latency: float = 0.0, noise: float = 0.0, **chan
     return trial.t[: len(trial.command)], trial.command[:, :2].copy(), trial.t, measured
 
 
-@pytest.mark.parametrize(("lag", "latency"), [(0.0, 0.0), (0.25, 0.12), (0.06, 0.3)])
+@pytest.mark.parametrize(
+    ("lag", "latency"),
+    [pytest.param(0.0, 0.0, marks=pytest.mark.slow), (0.25, 0.12), pytest.param(0.06, 0.3, marks=pytest.mark.slow)],
+)
 def test_a_robots_own_values_are_found_again(lag: float, latency: float) -> None:
     found = identify(*drive(lag=lag, latency=latency, noise=0.005))
     assert found.latency.low - 0.005 <= latency <= found.latency.high + 0.005
@@ -122,6 +125,7 @@ def test_a_base_that_can_do_less_than_it_is_told_has_levels_of_its_own() -> None
     assert found.lag.value == pytest.approx(0.2, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_files_answer_is_judged_beside() -> None:
     when, commands, at, measured = drive(lag=0.2, latency=0.1)
     right, wrong = Response(0.1, 0.2, 0.5, 2.0), Response(0.0, 0.001, 0.5, 2.0)
@@ -133,6 +137,7 @@ def test_a_files_answer_is_judged_beside() -> None:
     assert bad.error_of_robot > 0.02
 
 
+@pytest.mark.slow
 def test_readings_that_were_not_taken_change_nothing() -> None:
     when, commands, at, measured = drive(lag=0.2, noise=0.005)
     measured[::7] = np.nan
@@ -183,7 +188,7 @@ def bag(folder: Path, stamped: bool = False, twist: bool = True, topics: tuple[s
     return path
 
 
-@pytest.mark.parametrize("stamped", [False, True])
+@pytest.mark.parametrize("stamped", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_a_bag_tells_it_in_lines_of_a_robots_file(
     stamped: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -217,6 +222,7 @@ def test_a_latency_below_zero_goes_into_no_file(tmp_path: Path) -> None:
     assert "[latency]" not in Findings(tmp_path / "a.mcap", "/cmd_vel", "/odom", "", found, ()).toml()
 
 
+@pytest.mark.slow
 def test_a_trial_that_was_exported_is_identified(tmp_path: Path) -> None:
     """What the world did comes back through a bag of its own."""
     pilot: Pilot = constant(0.0)

@@ -97,6 +97,7 @@ def drawn(kind: Kind, count: int) -> list[Keyframes]:
     return [way for seed in range(count) for way in draw(PUBLISHED, kind, seed)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PUBLISHED.kinds, ids=lambda k: k.name)
 def test_other_worlds_are_like_the_published_ones(kind: Kind) -> None:
     """Key frames, lengths, rounds, speeds, and how many come back to where they began."""

@@ -102,6 +102,7 @@ def test_where_nobody_moves_nothing_is_hard():
     assert hardness(alone, [load_robot("rescue")]) == -math.inf
 
 
+@pytest.mark.slow
 def test_who_looks_hard_breaks_a_navigator_four_times_as_often_as_chance(tmp_path):
     plan = CampaignPlan(suites=(str(EXAMPLE),), robots=("rescue",), navigators=("orca",))
     share = {}

@@ -102,6 +102,7 @@ def test_what_nobody_can_judge_counts_against_either_verdict(tmp_path: Path):
     assert (all_unknown.decision, all_unknown.criteria[0].unknown) == (Decision.GO_ON, 60)
 
 
+@pytest.mark.slow
 def test_no_verdict_is_turned_by_what_a_person_confirms(tmp_path: Path):
     text = SUCCESS.replace("0.9", "0.95")
     two = trials(182, to_confirm=lambda i: "possible contact" if i < 2 else "")

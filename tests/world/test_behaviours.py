@@ -234,6 +234,7 @@ def test_a_behaviour_that_fails_ends_its_trial_and_no_other(own: Path, tmp_path:
     assert "In 1 trial a behaviour of the scenario&#39;s people failed; they count neither as" in said
 
 
+@pytest.mark.slow
 def test_one_that_hangs_is_told_from_a_navigator_that_does(
     own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

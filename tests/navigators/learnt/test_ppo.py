@@ -24,6 +24,7 @@ def test_it_is_small() -> None:
     assert all(file.stat().st_size <= MOST_BYTES for file in (DISCS, LIDAR))
 
 
+@pytest.mark.slow
 def test_it_gets_through_a_crowd_that_it_has_not_met() -> None:
     results = clearway.run("crowd", navigators=["ppo"], batches=["circle-invisible"], seeds=(0, 20))
     assert sum(trial.outcome == Outcome.REACHED for trial in results) >= 17
