@@ -20,6 +20,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.bodies import BodyFollower, DifferenceFollower, Follower
+from clearway.perception.candidates import EXACT, sizes_of
 from clearway.perception.clusters import (
     NOTHING_KNOWN,
     ClusterParameters,
@@ -31,6 +32,7 @@ from clearway.perception.clusters import (
 from clearway.perception.rectangles import RectangleFollower
 from clearway.perception.skew import straightened
 from clearway.perception.structure import StructureMemory
+from clearway.perception.touching import parted
 from clearway.quantities import Positive
 from clearway.robots import Robot
 
@@ -147,6 +149,7 @@ class LidarTracker:
         self._remembers = remembers
         self._p, self._sigma, self._make = parameters, robot.lidar.sigma, follower
         self._legs = robot.lidar.sees_legs
+        self._sizes = sizes_of(robot, parameters.clusters)
         self._drive = robot.drive
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
@@ -170,6 +173,7 @@ class LidarTracker:
         scan = straightened(scan, float(sensing.odom_velocity[1]))
         odom = self._drive.base_link(np.asarray(sensing.odom_pose, dtype=np.float64))
         returns = perceive(scan, odom, c, self._sigma, self._known, pose, self._legs, around)
+        returns = parted(returns, scan.angle_increment, self._sizes, max(self._sigma, EXACT))
         bodies = self._follower.update(returns, scan, sensing.t)
         if self._rectangles is not None:
             bodies, returns = self._rectangles.update(returns, scan, bodies, sensing.t)
