@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import difflib
+import re
 from typing import Any, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from clearway.errors import ClearwayError, shown
+from clearway.errors import ClearwayError, shown, unknown
 
 
 class Table(BaseModel):
@@ -64,6 +65,10 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
             return ClearwayError("is missing", file=file, field=field)
         case "value_error":
             return ClearwayError(finding["msg"].removeprefix("Value error, "), file=file, field=field)
+        case "union_tag_invalid":
+            name = str(finding["ctx"]["discriminator"]).strip("'")
+            choices = re.findall(r"'([^']*)'", finding["ctx"]["expected_tags"])
+            return unknown(name, str(finding["ctx"]["tag"]), choices, file=file, field=f"{field}.{name}")
         case _:
             message = finding["msg"][0].lower() + finding["msg"][1:]
             message = message.replace("tuple", "list").replace(" after validation", "")  # as a file has it
