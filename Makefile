@@ -29,8 +29,9 @@ lint: .venv/developed
 pytest: .venv/developed
 	$(BIN)/python -m pytest -n 2
 
+# Three at a time: many of them wait, for a browser, a clock, a process that hangs.
 slow: .venv/developed
-	$(BIN)/python -m pytest -n 3 -m slow  # many of them wait: for a browser, a clock, a process that hangs
+	$(BIN)/python -m pytest -n 3 -m slow
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit("Clearway needs Python 3.11 or newer; try: make PYTHON=python3.12" if sys.version_info < (3, 11) else 0)'

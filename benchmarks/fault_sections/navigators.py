@@ -48,9 +48,8 @@ def measure(smoke: bool) -> list[Count]:
         headline(run_campaign(plan, Path(folder) / "warm", 0).trials)  # whoever is forked off has all that it needs
         wanted = _run(Path(folder) / "alone", ["Drives"])
         return [
-            _kind(kind, list(names)[: 1 if smoke else None], Path(folder), wanted)
-            for kind, names in module.CLASSES.items()
-            if not smoke or kind in SMOKE
+            _kind(kind, list(module.CLASSES[kind])[: 1 if smoke else None], Path(folder), wanted)
+            for kind in (SMOKE if smoke else module.CLASSES)
         ]
 
 

@@ -115,6 +115,7 @@ class Both:
 
     def __init__(self, connect: Callable[[], Navigator]) -> None:
         self._connect, self._ours = connect, MoveBase()
+        self._real: Any = None
         self.same = self.periods = 0
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
@@ -133,7 +134,8 @@ class Both:
 
     def close(self) -> None:
         """Leave the real one's master: a node that stays looks for its publishers for ever."""
-        self._real.close()
+        if self._real is not None:
+            self._real.close()
 
 
 def drive(

@@ -68,7 +68,7 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
         case "union_tag_invalid":
             name = str(finding["ctx"]["discriminator"]).strip("'")
             choices = re.findall(r"'([^']*)'", finding["ctx"]["expected_tags"])
-            return unknown(name, str(finding["ctx"]["tag"]), choices, file=file, field=f"{field}.{name}")
+            return unknown(name, str(finding["ctx"]["tag"]), choices, file=file, field=f"{field}.{name}".lstrip("."))
         case _:
             message = finding["msg"][0].lower() + finding["msg"][1:]
             message = message.replace("tuple", "list").replace(" after validation", "")  # as a file has it

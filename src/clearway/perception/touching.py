@@ -1,4 +1,4 @@
-"""Round bodies that touch, or that one sees one before the other, in one cluster of a scan: parted where they meet."""
+"""Parts clusters of a scan that are several round bodies, which touch or overlap in view, where these meet."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from clearway.perception.clusters import JOIN, IntArray, Returns, by_label
 
 
 def parted(returns: Returns, increment: float, sizes: tuple[float, float], sigma: float) -> Returns:
-    """`returns`, with the round bodies in clusters of several as clusters of their own.
+    """`returns`, with each round body of a cluster that holds several as a cluster of its own.
+
+    A group that stands in a half circle about the sensor remains one: the near side of its hull has one meeting, in the middle.
 
     Args:
-        returns: What was seen; its labels change.
+        returns: What was seen.
         increment: Between two beams, rad.
         sizes: Least and largest radius of a round body, m.
-        sigma: Standard deviation of a range, m.
+        sigma: Standard deviation of a range, m, above 0.
     """
-    of, cut = _part(returns, sizes, sigma)
-    if len(of) == 0:
+    returns = returns._replace(label=returns.label.copy())
+    cut = _part(returns, sizes, sigma)
+    more = len(cut) - len(returns.size)
+    if more == 0:
         return returns
-    circles, size, far = _described(returns, of, increment)
-    legs = np.append(returns.legs, np.zeros(len(of), dtype=np.uint8))
+    circles, size, far = _described(returns, more, increment)
+    legs = np.append(returns.legs, np.zeros(more, dtype=np.uint8))
     return returns._replace(circles=circles, size=size, far=far, cut=cut, legs=legs)
 
 
 @kernel
-def _part(returns: Returns, sizes: tuple[float, float], sigma: float) -> tuple[IntArray, npt.NDArray[np.uint8]]:
-    """Give parts of clusters labels of their own, behind all others.
-
-    Returns:
-        (n,) the cluster that each was a part of; (k + n,) which clusters are cut now.
-    """
+def _part(returns: Returns, sizes: tuple[float, float], sigma: float) -> npt.NDArray[np.uint8]:
+    """Give parts of clusters labels of their own, behind all others; (k + n,) which clusters are cut now."""
     k, n, least = returns.size.shape[0], 0, JOIN * math.sqrt(2.0) * sigma
     order, first = by_label(returns.label, k)
     m = order.shape[0]
-    of, cut, left = np.empty(m, dtype=np.int64), np.zeros(k + m, dtype=np.uint8), np.empty((m + 1, 2), dtype=np.int64)
+    cut, left = np.zeros(k + m, dtype=np.uint8), np.empty((m + 1, 2), dtype=np.int64)
     cut[:k] = returns.cut
     for c in range(k):
         members = order[first[c] : first[c + 1]]
@@ -55,7 +55,7 @@ def _part(returns: Returns, sizes: tuple[float, float], sigma: float) -> tuple[I
             a, b = left[more]
             ends, began = _meetings(returns.raw, members[a:b], returns.sensor, least), a
             circles = np.empty((ends.shape[0], 3))
-            for i in range(ends.shape[0]):  # where they meet the last return of one may be the other's
+            for i in range(ends.shape[0]):  # of what is beside a meeting nobody knows yet whose it is
                 first_own, last_own = began + (i > 0), a + ends[i] - (i + 1 < ends.shape[0])
                 circles[i] = _circle(returns, members[first_own:last_own], sizes, sigma)
                 began = a + ends[i]
@@ -66,14 +66,14 @@ def _part(returns: Returns, sizes: tuple[float, float], sigma: float) -> tuple[I
                 last = members[a + ends[i] - 1]
                 if _off(returns.raw, last, circles[i + 1], least) < _off(returns.raw, last, circles[i], least):
                     ends[i] -= 1
-            began = a
+            began, was_cut = a, cut[returns.label[members[a]]]
             for i in range(ends.shape[0]):
                 end = a + ends[i]
                 if i + 1 < ends.shape[0] and not (rounds[i] or rounds[i + 1]):
                     continue
                 if began > a:
                     returns.label[members[began:end]] = k + n
-                    of[n], cut[k + n] = c, returns.cut[c]
+                    cut[k + n] = was_cut
                     beyond = returns.distance[members[began]] - returns.distance[members[began - 1]]
                     if abs(beyond) > 3.0 * sigma + 0.05:  # what is nearer may hide a part of the other
                         cut[returns.label[members[began if beyond > 0.0 else began - 1]]] = 1
@@ -82,7 +82,7 @@ def _part(returns: Returns, sizes: tuple[float, float], sigma: float) -> tuple[I
                     left[more, 0], left[more, 1] = began, end
                     more += 1
                 began = end
-    return of[:n], cut[: k + n]
+    return cut[: k + n]
 
 
 @kernel
@@ -101,15 +101,19 @@ def _in_turn(points: FloatArray, members: IntArray, sensor: FloatArray) -> IntAr
 
 @light
 def _circle(returns: Returns, part: IntArray, sizes: tuple[float, float], sigma: float) -> tuple[float, float, float]:
-    """x, y and radius of the body of which a part of a cluster is an arc, were nothing known of it; radius 0: of none."""
+    """x, y and radius of the body of which a part of a cluster is an arc, as if nothing were known of it; radius 0: of none."""
     if part.shape[0] < LEAST:
         return 0.0, 0.0, 0.0
     one, other = returns.raw[part[0]], returns.raw[part[-1]]
-    r = 0.5 * math.hypot(one[0] - other[0], one[1] - other[1])  # little less than the radius of one that is seen whole
+    r = 0.5 * math.hypot(
+        one[0] - other[0], one[1] - other[1]
+    )  # a little less than the radius of one that is seen whole
     if not 0.0 < r <= sizes[1]:
         return 0.0, 0.0, 0.0
     a = arc(returns.raw, part, returns.sensor, sigma, r, 0.25 * r * r)
-    return a.x, a.y, a.radius if a.fits and sizes[0] <= a.radius <= sizes[1] else 0.0
+    if not (a.fits and sizes[0] <= a.radius <= sizes[1]):
+        return 0.0, 0.0, 0.0
+    return a.x, a.y, a.radius
 
 
 @light
@@ -126,7 +130,7 @@ def _meetings(points: FloatArray, part: IntArray, sensor: FloatArray, least: flo
 
     Args:
         points: (m, 2) m.
-        part: (n,) which of them, counter-clockwise about the sensor.
+        part: (n,) which of them, counter-clockwise about the sensor, over less than half a turn.
         sensor: Its pose.
         least: What lies no farther behind does so by noise, m.
 
@@ -161,18 +165,19 @@ def _behind(points: FloatArray, a: int, b: int, j: int) -> float:
 
 
 @kernel
-def _described(returns: Returns, of: IntArray, increment: float) -> tuple[FloatArray, IntArray, FloatArray]:
-    """The circles, sizes and distances of all clusters, with the parts of clusters `of` (n,) behind them."""
-    k, n = returns.size.shape[0], of.shape[0]
-    circles, size, far = np.empty((k + n, 3)), np.zeros(k + n, dtype=np.int64), np.zeros(k + n)
-    circles[:k], size[:k], far[:k] = returns.circles, returns.size, returns.far
-    order, first = by_label(returns.label, k + n)
-    for i in range(2 * n):
-        c = of[i] if i < n else k + i - n
+def _described(returns: Returns, more: int, increment: float) -> tuple[FloatArray, IntArray, FloatArray]:
+    """The circles, sizes and distances of all clusters, so many more than there were; of those that kept their returns the old ones."""
+    k = returns.size.shape[0]
+    circles, size, far = np.empty((k + more, 3)), np.zeros(k + more, dtype=np.int64), np.zeros(k + more)
+    order, first = by_label(returns.label, k + more)
+    for c in range(k + more):
         members = order[first[c] : first[c + 1]]
-        circles[c, 0], circles[c, 1], circles[c, 2] = enclosing_circle(returns.points, members)
-        size[c], far[c] = members.shape[0], 0.0
+        size[c] = members.shape[0]
+        if c < k and size[c] == returns.size[c]:
+            circles[c], far[c] = returns.circles[c], returns.far[c]
+            continue
         for j in members:
             far[c] += returns.distance[j] / size[c]
+        circles[c, 0], circles[c, 1], circles[c, 2] = enclosing_circle(returns.points, members)
         circles[c, 2] += 0.5 * increment * far[c]
     return circles, size, far

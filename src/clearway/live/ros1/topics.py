@@ -142,7 +142,7 @@ class Subscription:
 
     def close(self) -> None:
         """Hear nobody any more."""
-        self._closed = True
+        self._closed = True  # before the lock is taken: who holds it now is followed by the next line
         self.publishers(())
 
     def _follow(self, uri: str, left: threading.Event) -> None:
