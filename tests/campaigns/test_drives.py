@@ -55,7 +55,11 @@ def test_a_base_that_a_navigator_does_not_drive(car: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('kind = "ackermann"', 'kind = "tracked"', "drive: .*tracked.* 'differential', 'omnidirectional', 'ackermann'"),
+        (
+            'kind = "ackermann"',
+            'kind = "tracked"',
+            "drive.kind: unknown kind 'tracked'; .*known: ackermann, differential, omnidirectional",
+        ),
         ("wheelbase = 0.4\n", "", "drive.wheelbase: is missing"),
         ("steering_max = 0.5", "steering_max = 1.6", "drive.steering_max: 1.6 is wrong"),
         ("steering_max = 0.5", "omega_max = 0.5", "drive.omega_max: unknown key"),
