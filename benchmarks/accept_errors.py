@@ -24,7 +24,7 @@ import pyarrow as pa
 from scipy import special
 
 from clearway.statistics import samples_needed
-from clearway.statistics.acceptance import NUMBER, in_order
+from clearway.statistics.acceptance_trials import NUMBER, in_order
 from clearway.statistics.betting import Rule, prospect, rule
 
 Bools = npt.NDArray[np.bool_]

@@ -13,7 +13,8 @@ import pytest
 from clearway.errors import ClearwayError
 from clearway.reports.acceptance import reasons, sentence
 from clearway.statistics import Criteria, Decision, Verdict, judge, load_criteria, outlooks
-from clearway.statistics.acceptance import _by_share, in_order
+from clearway.statistics.acceptance import _by_share
+from clearway.statistics.acceptance_trials import in_order
 
 
 def trials(n: int, bad: tuple[int, ...] = (), **cells: Any) -> pa.Table:

@@ -139,7 +139,7 @@ def _refuse_others(opened: Sequence[store.Results], asked: Criteria) -> None:
 def _idle(one: store.Results, asked: Criteria) -> set[str]:
     """Names of what no criterion asks for: robots and navigators of no trial that is chosen, nor beside one, and other indicators."""
     from clearway.indicators import INDICATORS
-    from clearway.statistics.acceptance import fits
+    from clearway.statistics.acceptance_trials import fits
 
     rows = one.trials.to_pylist()
     chosen = [r for r in rows if fits(r, asked.where)]
@@ -182,7 +182,7 @@ def _refuse_other_order(opened: Sequence[store.Results]) -> None:
 
 def _numbered(one: store.Results) -> pa.Table:
     """The table of trials; of recordings also where each stands in its plan."""
-    from clearway.statistics.acceptance import NUMBER
+    from clearway.statistics.acceptance_trials import NUMBER
 
     numbers = one.campaign.get("numbers")
     return one.trials if numbers is None else one.trials.append_column(NUMBER, pa.array(numbers, pa.int64()))

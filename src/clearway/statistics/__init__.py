@@ -5,8 +5,9 @@ Everything here works on numpy arrays or on a results table (`trials.parquet` as
 
 from __future__ import annotations
 
-from clearway.statistics.acceptance import Decision, Judged, Verdict, judge, refuse_strange_groups
+from clearway.statistics.acceptance import Decision, Judged, Verdict, judge
 from clearway.statistics.acceptance_plan import Outlook, outlooks, repetitions
+from clearway.statistics.acceptance_trials import refuse_strange_groups
 from clearway.statistics.columns import GROUP, SYSTEM, any_estimate, batch_names
 from clearway.statistics.comparison import Comparison, compare
 from clearway.statistics.configurations import ConfigurationComparison, Repetitions, compare_configurations

@@ -7,37 +7,36 @@ decided stays decided, whatever later trials say and whatever a person confirms.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
-from clearway.errors import ClearwayError, shown, unknown
+from clearway.errors import ClearwayError
+from clearway.statistics.acceptance_trials import (
+    OF_A_CONTACT,
+    WAITS,
+    Row,
+    fits,
+    gaps,
+    in_order,
+    notes,
+    of_group,
+    refuse_dependent,
+    refuse_nothing,
+    system_of,
+    useless,
+)  # fmt: skip
 from clearway.statistics.betting import first_shown, rule, shown_shares
-from clearway.statistics.columns import SYSTEM
-from clearway.statistics.criteria import Criteria, Criterion, asks, demand, errors_of, groups, in_words, word
+from clearway.statistics.criteria import Criteria, Criterion, asks, demand, errors_of, groups, in_words
 from clearway.statistics.proportions import Interval
-from clearway.trials.trial import UNUSABLE, Outcome
-
-Row = dict[str, Any]
-NUMBER = "_number"
-"""The column that tells which trial of its plan a recorded one is."""
-_WAITS = "_waits"
-_DRAWN_FROM = re.compile(r"\bseed-(\d{1,19})\b")
-"""In a scenario's name: the seed that it was drawn from."""
-_OF_A_CONTACT = ("moved_at_contact", "touched", "avoidable")
-_IDENTITY = ("suite", "scenario", "seed", "member")
-_SENSES = ("localisation", "tracking")
-"""Of the system too; but scenarios may name their own, so that those of another suite or batch may have others."""
+from clearway.trials.trial import Outcome
 
 
 class Decision(StrEnum):
@@ -135,15 +134,15 @@ def judge(tables: Sequence[pa.Table], criteria: Criteria, *, complete: bool = Tr
     """
     rows = [row for number, table in enumerate(tables) for row in in_order(table, number)]
     chosen = [r for r in rows if fits(r, criteria.where)]
-    _refuse_nothing(rows, criteria.where, "where", complete)
-    system = _system(chosen)
-    _refuse_dependent(chosen)
-    counted = [r for r in chosen if not r[_WAITS]]
+    refuse_nothing(rows, criteria.where, "where", complete)
+    system = system_of(chosen)
+    refuse_dependent(chosen)
+    counted = [r for r in chosen if not r[WAITS]]
     judged = []
     for number, one in enumerate(criteria.criterion):
         at = f"criterion.{number}"
         for where in groups(one):
-            _refuse_nothing(chosen, where, f"{at}.where", complete)
+            refuse_nothing(chosen, where, f"{at}.where", complete)
             part = [r for r in counted if fits(r, where)]
             judged.append(_judged(one, criteria, part, where, at, complete))
     decisions = {j.decision for j in judged}
@@ -164,7 +163,7 @@ def judge(tables: Sequence[pa.Table], criteria: Criteria, *, complete: bool = Tr
         decision,
         tuple(judged),
         more,
-        (*_gaps(rows, len(tables)), *_notes(chosen, tables, criteria)),
+        (*gaps(rows, len(tables)), *notes(chosen, tables, criteria)),
         len(tables),
     )
 
@@ -176,7 +175,7 @@ def _judged(
     if rows and complete and all(r.get(one.indicator) is None for r in rows) and not (one.one_of or one.none_of):
         reason = Counter(_why(r, one.indicator) for r in rows).most_common(1)[0][0]
         raise ClearwayError(
-            f"{one.indicator} is not computable in any of the {len(rows)} trials{_of(where)} ({reason}); "
+            f"{one.indicator} is not computable in any of the {len(rows)} trials{of_group(where)} ({reason}); "
             "no number of such trials can meet the criterion",
             field=f"{at}.indicator",
         )
@@ -274,9 +273,9 @@ def _by_count(one: Criterion, criteria: Criteria, sure: np.ndarray, possible: np
 def conforms(one: Criterion, row: Mapping[str, Any]) -> bool | None:
     """Whether a trial conforms; None: nobody can judge it yet."""
     value = row.get(one.indicator)
-    if _useless(row) or row.get("outcome") == Outcome.SCENARIO_FAILED:
+    if useless(row) or row.get("outcome") == Outcome.SCENARIO_FAILED:
         return None
-    if one.indicator in _OF_A_CONTACT and not value and row.get("contacts") != 0:
+    if one.indicator in OF_A_CONTACT and not value and row.get("contacts") != 0:
         if row.get("contacts") is None:
             return None
         value = None  # there was a contact
@@ -307,163 +306,5 @@ def _between(indicator: str, row: Mapping[str, Any]) -> tuple[float, float] | No
     return -math.inf if least is None else least, math.inf if most is None else most
 
 
-def refuse_strange_groups(criteria: Criteria, planned: Sequence[Mapping[str, Any]]) -> None:
-    """Nothing, unless a group of the criteria has no trial in a plan; of columns that the plan tells.
-
-    Raises:
-        ClearwayError: it has none.
-    """
-    rows = [dict(p) for p in planned]
-    told = {name for p in rows for name in p}
-    for number, one in enumerate(criteria.criterion):
-        for where, at in ((criteria.where, "where"), *((part, f"criterion.{number}.where") for part in groups(one))):
-            _refuse_nothing(rows, {name: v for name, v in where.items() if name in told}, at, True)
-
-
-def in_order(table: pa.Table, number: int = 0) -> list[Row]:
-    """The trials of a table in the order in which they count; of each also whether it still waits for one before it.
-
-    Args:
-        table: Results.
-        number: Which of the results they are.
-    """
-    rows: list[Row] = [row | {"_table": number, _WAITS: False} for row in table.to_pylist()]
-    recorded = [r for r in rows if r.get("source") == "recorded"]
-    drawn = [r for r in rows if r.get("source") != "recorded"]
-    for at, row in enumerate(recorded, 1):
-        row[_WAITS] = row.get(NUMBER, at) != at
-
-    def lot(row: Row) -> tuple[int, int, str, int]:
-        """First what a campaign grows by, so that the trials it had stay ahead."""
-        seed = _DRAWN_FROM.search(str(row.get("scenario")))
-        name = json.dumps([row.get(c) for c in _IDENTITY])
-        drawn = hashlib.sha256(name.encode()).hexdigest()
-        return int(seed[1]) if seed else -1, row.get("repetition") or 1, drawn, row["trial"]
-
-    return recorded + sorted(drawn, key=lot)
-
-
-def fits(row: Mapping[str, Any], where: Mapping[str, Any]) -> bool:
-    """Whether a trial is of a group."""
-    return all(
-        any(_same(row.get(name), v) for v in (value if isinstance(value, tuple) else (value,)))
-        for name, value in where.items()
-    )
-
-
-def _same(cell: Any, value: Any) -> bool:
-    if isinstance(cell, float) and isinstance(value, float | int):
-        return math.isclose(cell, value, rel_tol=1e-9)
-    return bool(cell == value)
-
-
-def _refuse_nothing(rows: Sequence[Row], where: Mapping[str, Any], at: str, complete: bool) -> None:
-    """Nothing, unless no row fits, or none has one of the values: a group of which a part is misspelt is not the one that is meant."""
-    if not complete:
-        return
-    for name, value in where.items():
-        for v in value if isinstance(value, tuple) else (value,):
-            if not any(_same(r.get(name), v) for r in rows):
-                raise unknown(name, word(v), {word(r.get(name)) for r in rows}, field=f"{at}.{name}")
-    if not any(fits(r, where) for r in rows):
-        raise ClearwayError(f"no trial is of this group{_of(where)}" if where else "there is no trial", field=at)
-
-
-def _system(rows: Sequence[Row]) -> str:
-    found = list(dict.fromkeys(tuple(r.get(c) for c in SYSTEM) for r in rows))
-    if len(found) > 1:
-        column = next(c for i, c in enumerate(SYSTEM) if len({f[i] for f in found}) > 1)
-        names = ", ".join(dict.fromkeys(word(f[SYSTEM.index(column)]) for f in found))
-        raise ClearwayError(f"a verdict is on one, and there are several: {names}; say which", field=f"where.{column}")
-    senses: dict[Any, Any] = {}
-    for r, column in product(rows, _SENSES):
-        other, own = senses.setdefault((r.get("suite"), r.get("batch"), column), r.get(column)), r.get(column)
-        if own != other:
-            raise ClearwayError(
-                f"a verdict is on one, and there are several: {word(other) or 'none'}, {word(own) or 'none'}; say which",
-                field=f"where.{column}",
-            )
-    return ", ".join(str(part) for part in found[0] if part) if found else ""
-
-
-def _refuse_dependent(rows: Sequence[Row]) -> None:
-    runs: dict[Any, int] = {}
-    tests: dict[Any, int] = {}
-    for r in rows:
-        if (run := r.get("run")) and (other := runs.setdefault((r["_table"], run), r["trial"])) != r["trial"]:
-            raise ClearwayError(
-                f"trials {other} and {r['trial']} are two robots of one simulation, and tell less than two; choose one with member",
-                field="where.member",
-            )
-        if r.get("source") == "simulated":
-            test = tuple(r.get(c) for c in _IDENTITY)
-            if test in tests:
-                raise ClearwayError(
-                    f"trial {r['trial']} is the same test as trial {tests[test]}: {shown(r.get('scenario'))} with seed {r.get('seed')}; "
-                    "another seed of the campaign makes others"
-                )
-            tests[test] = r["trial"]
-
-
-def _gaps(rows: Sequence[Row], tables: int) -> list[str]:
-    """Of which recorded trials others wait."""
-    found = []
-    for number in range(tables):
-        waits = Counter(r[_WAITS] for r in rows if r["_table"] == number and r.get("source") == "recorded")
-        if waits[True]:
-            of = f" of results {number + 1}" if tables > 1 else ""
-            found.append(
-                f"trial {waits[False] + 1} of the test plan{of} is not there yet, and the {waits[True]} that came in of those behind it "
-                "wait; drive it, or leave out `attempted = false`, and it counts as not recorded"
-            )
-    return found
-
-
-def _notes(rows: Sequence[Row], tables: Sequence[pa.Table], criteria: Criteria) -> list[str]:
-    found = []
-    for number, _ in enumerate(tables):
-        recorded = [r for r in rows if r["_table"] == number and r.get("source") == "recorded"]
-        tests = [tuple(r.get(c) for c in ("batch", "configuration", "speed", "size", "gap")) for r in recorded]
-        count = Counter(tests)
-        alike = sum(a == b for a, b in pairwise(tests))
-        n = len(tests)
-        by_chance = sum(c * (c - 1) for c in count.values()) / n if n else 0.0
-        if len(count) > 1 and alike > by_chance + 3 * math.sqrt(by_chance + 1):
-            found.append(
-                "the recorded trials were not driven in a drawn order but test by test: a verdict before the last of them leans on the "
-                "tests that came first"
-            )
-    confirm = [r["trial"] for r in rows if r.get("to_confirm")]
-    if confirm:
-        found.append(f"to be confirmed by a person: trial{'s' if len(confirm) > 1 else ''} {_listed(confirm)}")
-    asked = any(one.indicator in _OF_A_CONTACT for one in criteria.criterion)
-    of_lab = [r for r in rows if asked and r.get("source") == "recorded" and not _useless(r)]
-    if untold := [r["trial"] for r in of_lab if r.get("contacts") is None]:
-        found.append(
-            f"nobody knows whether it touched something: trial{'s' if len(untold) > 1 else ''} {_listed(untold)}; `contact = true` or `false`"
-            " in the test plan tells"
-        )
-    if unusable := [r["trial"] for r in rows if _useless(r)]:
-        found.append(f"to be recorded again: trial{'s' if len(unusable) > 1 else ''} {_listed(unusable)}")
-    if broken := [r["trial"] for r in rows if r.get("outcome") == Outcome.SCENARIO_FAILED]:
-        found.append(
-            f"to be run again, as a behaviour of the scenario's people failed: trial{'s' if len(broken) > 1 else ''} {_listed(broken)}"
-        )
-    return found
-
-
-def _useless(row: Mapping[str, Any]) -> bool:
-    """Whether its recording can't be used."""
-    return UNUSABLE in str(row.get("reason") or "")
-
-
-def _listed(numbers: Sequence[int], most: int = 12) -> str:
-    return ", ".join(map(str, numbers[:most])) + (f" and {len(numbers) - most} more" if len(numbers) > most else "")
-
-
 def _why(row: Row, name: str) -> str:
     return str(json.loads(row.get("not_computable") or "{}").get(name) or "it does not apply")
-
-
-def _of(where: Mapping[str, Any]) -> str:
-    return f" of {in_words(where)}" if where else ""

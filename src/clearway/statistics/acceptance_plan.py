@@ -11,7 +11,7 @@ import numpy as np
 from scipy import special
 
 from clearway.errors import ClearwayError
-from clearway.statistics.acceptance import fits, refuse_strange_groups
+from clearway.statistics.acceptance_trials import fits, refuse_strange_groups
 from clearway.statistics.betting import Prospect, failures_within, prospect, rule
 from clearway.statistics.criteria import Criteria, Criterion, asks, demand, errors_of, groups, in_words
 
