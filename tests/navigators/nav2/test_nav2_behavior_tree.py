@@ -1,92 +1,16 @@
-"""The interpreter of behaviour trees: sequences of ticks worked out by hand from the sources' rules, and what it refuses."""
+"""The interpreter of behaviour trees: sequences of ticks worked out by hand from the sources' rules."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scripted_servers import F, R, S, World, rooted, run, tree
 
-from clearway.errors import ClearwayError
 from clearway.navigators.nav2.behavior_tree import defaults
-from clearway.navigators.nav2.behavior_tree.actions import ThroughPath
-from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status
-from clearway.navigators.nav2.behavior_tree.reader import KINDS, build, parse_trees
-from clearway.navigators.nav2.behavior_tree.routes import Routed, RouteRequest
-from clearway.navigators.nav2.behavior_tree.servers import Error, Job
-
-R, S, F = Status.RUNNING, Status.SUCCESS, Status.FAILURE
-
-
-class World:
-    """Servers that do as they are told: each action's answers in their order, an answer a tick; then success."""
-
-    def __init__(self, **answers):
-        self.answers = {name: list(values) for name, values in answers.items()}
-        self.now, self.pose, self.velocity, self.speed = 0.0, np.zeros(3), np.zeros(3), 0.0
-        self.goal_reached_tol = 0.25
-        self.log, self.jobs = [], {}
-        self.bad = []
-
-    def send(self, action, request):
-        self.log.append(action)
-        job = self.jobs[action] = Job(request)
-        return job
-
-    def cancel(self, action):
-        self.log.append(f"cancel {action}")
-        self.jobs.pop(action, None)
-
-    def clear(self, costmap, layers, reset_distance, *, around):
-        self.log.append(f"clear {costmap}")
-        return True
-
-    def invalid_poses(self, request):
-        self.log.append("validate")
-        return self.bad
-
-    def step(self):
-        """Between two ticks: each job goes on by one answer."""
-        for action, job in list(self.jobs.items()):
-            if not job.running:
-                continue
-            answer = self.answers.get(action, [])
-            answer = answer.pop(0) if answer else S
-            if answer is S:
-                path = np.array(
-                    ((1.0, 0.0, 0.0), (8.0, 0.0, 0.0)) if action == "compute_route" else ((0.0,) * 3, (9.0, 0.0, 0.0))
-                )
-                given = {"compute_route": Routed(path[:, :2], path), "compute_path_through_poses": ThroughPath(path, 0)}
-                job.succeed(given.get(action, path))
-            elif answer is not R:
-                job.abort(answer, "told to")
-
-    def take(self):
-        found, self.log = self.log, []
-        return found
-
-
-def tree(body, world, **board):
-    trees = parse_trees(f'<root BTCPP_format="4"><BehaviorTree ID="T">{body}</BehaviorTree></root>', "T.xml")
-    return rooted(trees, world, **board)
-
-
-def rooted(trees, world, **board):
-    blackboard = Blackboard()
-    for key, value in board.items():
-        blackboard.set(key, value)
-    root = build(trees, blackboard, world)
-    root.board = blackboard
-    return root
-
-
-def run(root, world, ticks, period=0.1):
-    """Answers of the root and what the servers were asked, tick by tick."""
-    told = []
-    for _ in range(ticks):
-        answer = root.execute()
-        told.append((answer, world.take()))
-        world.step()
-        world.now += period
-    return told
+from clearway.navigators.nav2.behavior_tree.nodes import Status
+from clearway.navigators.nav2.behavior_tree.reader import KINDS, parse_trees
+from clearway.navigators.nav2.behavior_tree.routes import RouteRequest
+from clearway.navigators.nav2.behavior_tree.servers import Error
 
 
 def test_a_sequence_goes_on_where_it_ran_and_a_reactive_one_begins_anew():
@@ -477,104 +401,3 @@ def test_the_tree_that_follows_a_point_plans_at_1_hz_and_never_arrives(version):
     told = run(root, world, 25)
     assert [i for i, (_, log) in enumerate(told) if "compute_path_to_pose" in log] == [0, 11, 22]
     assert [i for i, (_, log) in enumerate(told) if "follow_path" in log] == [1, 12, 23]  # each time with the new path
-
-
-def _nested(depth: int, times: int) -> str:
-    """Of a tree that has the next one as often inside, and so on."""
-    inside = [f"<SubTree ID='T{i + 1}'/>" * times for i in range(depth)]
-    trees = [f"<BehaviorTree ID='T{i}'><Sequence>{text}</Sequence></BehaviorTree>" for i, text in enumerate(inside)]
-    return f"<root main_tree_to_execute='T0'>{''.join(trees)}<BehaviorTree ID='T{depth}'><Spin/></BehaviorTree></root>"
-
-
-@pytest.mark.parametrize(
-    ("depth", "times", "words"),
-    [
-        (14, 2, "65,533 nodes once its subtrees are written out; at most 10,000"),
-        (15, 100, "at most 10,000"),
-        (20, 1, "deeper"),
-    ],
-)
-def test_subtrees_are_no_bomb(depth: int, times: int, words: str) -> None:
-    with pytest.raises(ClearwayError, match=words):
-        parse_trees(_nested(depth, times), "mine.xml")
-    parse_trees(_nested(5, 4), "mine.xml")
-
-
-@pytest.mark.parametrize(
-    ("body", "words"),
-    [
-        ("<Spinn/>", ["unknown node type 'Spinn'", "did you mean 'Spin'"]),
-        ("<ComputeAndTrackRoute/>", ["'ComputeAndTrackRoute'", "not built", "closest"]),
-        ("<Spin spin_dst='1'/>", ["unknown attribute 'spin_dst'", "spin_dist"]),
-        ("<Spin spin_dist='far'/>", ["'far'", "a number"]),
-        ("<Spin spin_dist='nan'/>", ["'nan'", "a number"]),
-        ("<Spin path='/etc/passwd'/>", ["unknown attribute 'path'"]),
-        ("<FollowPath path='here'/>", ["'here'", "{path}"]),
-        ("<RecoveryNode><Spin/></RecoveryNode>", ["RecoveryNode", "1 children", "takes 2"]),
-        ("<RateController hz='1'><Spin/><Wait/></RateController>", ["2 children", "takes 1"]),
-        ("<Spin><Wait/></Spin>", ["1 children", "takes none"]),
-        ("<Sequence/>", ["0 children"]),
-        ("<Spin _skipIf='1 == 1'/>", ["_skipIf", "script"]),
-        ("<SubTree ID='T'/>", ["stands in itself"]),
-        ("<SubTree ID='U'/>", ["unknown tree 'U'"]),
-        ("<SpeedController max_rate='0'><Spin/></SpeedController>", ["max_rate", "'0'; it is to be a number above 0"]),
-        (
-            "<SpeedController min_speed='0.5'><Spin/></SpeedController>",
-            ["SpeedController", "min_speed and max_speed are both 0.5"],
-        ),
-        ("<GetNextFewGoals/>", ["num_goals is missing", 'num_goals="2"']),
-        ("<GetNextFewGoals num_goals='0'/>", ["num_goals is 0; it is to be 1 or more"]),
-        ("<ValidatePath footprint='[[0.1, 0.2]]'/>", ["footprint", "it is to be an outline such as"]),
-        ("<Spin/><Wait/>", ["2 outermost nodes"]),
-        ("<Inverter>" * 40 + "<Spin/>" + "</Inverter>" * 40, ["deeper"]),
-    ],
-)
-def test_what_a_tree_may_not_hold_is_one_clear_error(body, words):
-    with pytest.raises(ClearwayError) as told:
-        tree(body, World())
-    for word in ("T.xml", *words):
-        assert word in str(told.value)
-
-
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "CancelAssistedTeleop",
-        "CancelComputeAndTrackRoute",
-        "CancelFollowObject",
-        "CheckPoseOccupancy",
-        "CheckStopStatus",
-        "ClearCostmapAroundPose",
-        "DockRobot",
-        "FollowObject",
-        "NavigateToPose",
-        "PauseResumeController",
-        "RemoveInCollisionGoals",
-        "UndockRobot",
-    ],
-)
-def test_a_node_of_nav2s_that_is_not_there_is_said_by_name_with_what_is_closest(kind):
-    with pytest.raises(ClearwayError, match=f"the node type '{kind}' .* is not built here; closest: "):
-        tree(f"<{kind}/>", World())
-
-
-def test_attributes_of_nav2s_that_change_nothing_here_may_stand():
-    tree("<ValidatePath path='{p}' service_name='is_path_valid' footprint=''/>", World())
-    tree("<IsPathValid path='{p}' service_name='is_path_valid'/>", World())
-    tree("<WouldAPlannerRecoveryHelp error_code='{e}' error_codes_to_check='208'/>", World())
-
-
-@pytest.mark.parametrize(
-    ("text", "word"),
-    [
-        ("<root", "not XML"),
-        ("<tree/>", "<root>"),
-        ("<root/>", "no <BehaviorTree>"),
-        ("<root><include path='x.xml'/></root>", "<include>"),
-        ("<!DOCTYPE a [<!ENTITY b 'cc'>]><root>&b;</root>", "no document type"),
-        ("<root main_tree_to_execute='X'><BehaviorTree ID='A'><Spin/></BehaviorTree></root>", "unknown tree 'X'"),
-    ],
-)
-def test_a_file_that_is_no_tree_is_one_clear_error(text, word):
-    with pytest.raises(ClearwayError, match=word):
-        parse_trees(text, "some.xml")
