@@ -247,7 +247,7 @@ def _perceive(
                 cut[label[j]] = 1
                 continue
             before, after = before % n, after % n
-        nearer = distance[j] - 3.0 * sigma - 0.05
+        nearer = distance[j] - hides(sigma)
         other = label[j - 1] if j > 0 and beam[j - 1] == before else -1
         if ranges[before] < nearer and other != label[j]:
             cut[label[j]] = 1
@@ -258,14 +258,29 @@ def _perceive(
     for c in range(k):
         members = order[first[c] : first[c + 1]]
         count[c] = members.shape[0]
-        for j in members:
-            far[c] += distance[j] / count[c]
+        circles[c, 0], circles[c, 1], circles[c, 2], far[c] = surrounded(points, distance, members, increment)
         if legs and people[c, 2] > 0.0:
             circles[c], paired[c] = people[c], 1
-        else:
-            circles[c, 0], circles[c, 1], circles[c, 2] = enclosing_circle(points, members)
-        circles[c, 2] += 0.5 * increment * far[c]
+            circles[c, 2] += 0.5 * increment * far[c]
     return points[:m], distance[:m], known[:m], label[:m], circles, count, far, cut, sensor, paired, raw
+
+
+@light
+def hides(sigma: float) -> float:
+    """How much nearer than its neighbour a return is, at least, that may hide a part of what that is of, m; `sigma`: of a range, m."""
+    return 3.0 * sigma + 0.05
+
+
+@kernel
+def surrounded(
+    points: FloatArray, distance: FloatArray, members: IntArray, increment: float
+) -> tuple[float, float, float, float]:
+    """The smallest circle around a cluster's `members` (n,), grown by half a beam's distance, x, y, radius, and how far they are on average, m."""
+    far = 0.0
+    for j in members:
+        far += distance[j] / members.shape[0]
+    x, y, r = enclosing_circle(points, members)
+    return x, y, r + 0.5 * increment * far, far
 
 
 @kernel

@@ -8,10 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel, light
-from clearway.geometry.enclosing import enclosing_circle
 from clearway.geometry.shapes import FloatArray
 from clearway.perception.arcs import LEAST, arc
-from clearway.perception.clusters import JOIN, IntArray, Returns, by_label
+from clearway.perception.clusters import JOIN, IntArray, Returns, by_label, hides, surrounded
 
 
 def parted(returns: Returns, increment: float, sizes: tuple[float, float], sigma: float) -> Returns:
@@ -75,7 +74,7 @@ def _part(returns: Returns, sizes: tuple[float, float], sigma: float) -> npt.NDA
                     returns.label[members[began:end]] = k + n
                     cut[k + n] = was_cut
                     beyond = returns.distance[members[began]] - returns.distance[members[began - 1]]
-                    if abs(beyond) > 3.0 * sigma + 0.05:  # what is nearer may hide a part of the other
+                    if abs(beyond) > hides(sigma):  # what is nearer may hide a part of the other
                         cut[returns.label[members[began if beyond > 0.0 else began - 1]]] = 1
                     n += 1
                 if not rounds[i]:
@@ -176,8 +175,7 @@ def _described(returns: Returns, more: int, increment: float) -> tuple[FloatArra
         if c < k and size[c] == returns.size[c]:
             circles[c], far[c] = returns.circles[c], returns.far[c]
             continue
-        for j in members:
-            far[c] += returns.distance[j] / size[c]
-        circles[c, 0], circles[c, 1], circles[c, 2] = enclosing_circle(returns.points, members)
-        circles[c, 2] += 0.5 * increment * far[c]
+        circles[c, 0], circles[c, 1], circles[c, 2], far[c] = surrounded(
+            returns.points, returns.distance, members, increment
+        )
     return circles, size, far
