@@ -22,9 +22,9 @@ from fault_sections import Count, damages, fuzz, hostile, kills, navigators, pla
 
 SECTIONS: dict[str, Callable[[argparse.Namespace], list[Count]]] = {
     "hostile": lambda asked: hostile.measure(asked.smoke),
-    "fuzz": lambda asked: fuzz.measure(200 if asked.smoke else asked.tries, asked.seed),
-    "recordings": lambda asked: recordings.measure(100 if asked.smoke else asked.tries, asked.seed),
-    "plans": lambda asked: plans.measure(12 if asked.smoke else asked.tries, asked.seed),
+    "fuzz": lambda asked: fuzz.measure(100 if asked.smoke else asked.tries, asked.seed),
+    "recordings": lambda asked: recordings.measure(56 if asked.smoke else asked.tries, asked.seed),
+    "plans": lambda asked: plans.measure(3 if asked.smoke else asked.tries, asked.seed),
     "navigators": lambda asked: navigators.measure(asked.smoke),
     "kills": lambda asked: kills.measure(asked.smoke, asked.every),
     "damages": lambda asked: damages.measure(asked.smoke),

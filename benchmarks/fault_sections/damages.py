@@ -62,7 +62,7 @@ def measure(smoke: bool) -> list[Count]:
                 for _ in range(often if how in ("a bit", "zeros", "cut") else 1):
                     _damaged(whole, out, file, how, rng)
                     finished.add(f"{file}, {how}", _read_wrong(out, whole))
-        for how in DAMAGES:
+        for how in ("cut", "gone") if smoke else DAMAGES:
             for file in sorted(p.relative_to(begun) for p in begun.glob(".partial/*.trials")):
                 _damaged(begun, out, file, how, rng)
                 unfinished.add(f"{file}, {how}", _resumed_wrong(out, whole))

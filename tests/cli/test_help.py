@@ -1,4 +1,4 @@
-"""Help answers at once: nothing heavy is imported for it."""
+"""Help answers at once: nothing heavy is imported for it, and no verb imports what it doesn't need."""
 
 from __future__ import annotations
 
@@ -18,6 +18,19 @@ def test_help_imports_nothing_heavy():
         "try: main()\n"
         "except SystemExit: pass\n"
         f"print([m for m in {HEAVY!r} if m in sys.modules])"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert said.stdout.strip().endswith("[]")
+
+
+def test_what_computes_no_statistics_imports_none():
+    """They take as long to import as all else that a verb needs."""
+    code = (
+        "import sys; sys.argv = ['clearway', 'schema', 'suite']\n"
+        "from clearway.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "print([m for m in ('scipy.stats', 'scipy.signal', 'pandas', 'matplotlib') if m in sys.modules])"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert said.stdout.strip().endswith("[]")

@@ -11,7 +11,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import linalg, special, stats
+import scipy
+from scipy import linalg, special
 from scipy.spatial.distance import cdist
 
 from clearway.geometry.shapes import FloatArray
@@ -66,7 +67,7 @@ class Surrogate:
         """What came of these."""
         self._tried += candidates
         self._margins += [WORST if t is None or t.broken else min(t.margin, WORST) for t in tried]
-        scores = special.ndtri((stats.rankdata(self._margins) - 0.5) / len(self._margins))
+        scores = special.ndtri((scipy.stats.rankdata(self._margins) - 0.5) / len(self._margins))
         bases = np.array([c.base for c in self._tried])
         for base in {c.base for c in self._tried}:
             own = np.flatnonzero(bases == base)

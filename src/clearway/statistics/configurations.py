@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from scipy import stats
+import scipy
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
@@ -266,5 +266,5 @@ def repetition_interval(
     if not total > 0:
         return centre, centre
     welch = total**2 / sum(v * v / f for v, f in zip(spread, freedom, strict=True))
-    half = float(stats.t.ppf((1 + confidence) / 2, welch)) * math.sqrt(total)
+    half = float(scipy.stats.t.ppf((1 + confidence) / 2, welch)) * math.sqrt(total)
     return centre - half, centre + half

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyarrow as pa
-from scipy import special, stats
+import scipy
+from scipy import special
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
@@ -139,7 +140,7 @@ def _correlate(x: FloatArray, y: FloatArray, confidence: float, *, ranks: bool) 
     n = len(x)
     if n < 3 or _constant(x) or _constant(y):
         return Correlation(n, None, None, None, None)
-    found = stats.spearmanr(x, y) if ranks else stats.pearsonr(x, y)
+    found = scipy.stats.spearmanr(x, y) if ranks else scipy.stats.pearsonr(x, y)
     r, p = float(found.statistic), float(found.pvalue)
     if n < 4 or abs(r) >= 1:
         return Correlation(n, r, p, None, None)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyarrow as pa
-from scipy import special, stats
+import scipy
+from scipy import special
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import INDICATORS, Kind
@@ -44,7 +45,7 @@ def mean_interval(
     n = len(sample)
     if n < 2:
         return None
-    half = float(stats.t.ppf((1 + checked_probability("confidence", confidence)) / 2, n - 1) * stats.sem(sample))
+    half = float(scipy.stats.t.ppf((1 + checked_probability("confidence", confidence)) / 2, n - 1) * scipy.stats.sem(sample))
     mean, (least, most) = float(np.mean(sample)), bounds
     return Interval(mean, max(mean - half, min(least, mean)), min(mean + half, max(most, mean)))
 
@@ -101,7 +102,7 @@ def normality(sample: FloatArray) -> Normality | None:
         return None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # scipy warns that p is rough beyond 5000 values
-        return Normality(len(sample), float(stats.shapiro(sample).pvalue))
+        return Normality(len(sample), float(scipy.stats.shapiro(sample).pvalue))
 
 
 def describe(

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy import special, stats
+import scipy
+from scipy import special
 
 from clearway.errors import ClearwayError
 from clearway.geometry.compiled import kernel
@@ -71,9 +72,9 @@ def signed_rank(
     d = np.round(d, _DIGITS)
     nonzero = d != 0
     if zeros == "wilcox":
-        kept, ranks = d[nonzero], stats.rankdata(np.abs(d[nonzero]))
+        kept, ranks = d[nonzero], scipy.stats.rankdata(np.abs(d[nonzero]))
     else:
-        kept, ranks = d[nonzero], stats.rankdata(np.abs(d))[nonzero]
+        kept, ranks = d[nonzero], scipy.stats.rankdata(np.abs(d))[nonzero]
     n, total = len(kept), float(ranks.sum())
     positive = float(ranks[kept > 0].sum())
     exact = n <= MOST_EXACT

@@ -33,7 +33,6 @@ _HEAD, _CHECK = struct.Struct("<8s8sIIQ32s"), struct.Struct("<I")
 _LONG = _HEAD.size + _CHECK.size
 _OWN = secrets.token_hex(8)
 """This process's, so that it appends to nobody else's journal, whatever number it has been given."""
-_EMPTY: Tables = {name: file.schema.empty_table() for name, file in FILES.items()}
 
 
 def record(key: str, index: int, tables: Tables, row: Mapping[str, Any]) -> bytes:
@@ -116,7 +115,7 @@ class Journals:
         body = pa.decompress(memoryview(plain)[8:], decompressed_size=length, codec="zstd")
         begin, end = 0, length - int.from_bytes(plain[:8], "little")
         sizes, row = json.loads(body[end:length].to_pybytes())
-        tables = dict(_EMPTY)
+        tables = {name: file.schema.empty_table() for name, file in FILES.items()}
         for name, size in sizes.items():
             schema = FILES[name].schema
             batch = pyarrow.ipc.read_record_batch(body[begin : begin + size], schema)

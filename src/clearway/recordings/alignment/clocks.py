@@ -14,9 +14,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import fftconvolve
-from scipy.stats import t as student
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
@@ -245,7 +244,7 @@ def _fall(agreement: FloatArray) -> int:
 
 def _slide(f: Any, g: Any) -> Any:
     """(len(f) + len(g) - 1,) sum_i f[i + k] g[i] for k from 1 - len(g)."""
-    return fftconvolve(f, g[::-1])
+    return scipy.signal.fftconvolve(f, g[::-1])
 
 
 def _vertex(x: FloatArray, y: FloatArray, i: int) -> float:
@@ -313,7 +312,7 @@ def _sandwich(pulls: Any, powers: Any) -> float:
         return math.inf
     residual = pulls - powers * (pulls.sum() / total)
     sigma = math.sqrt(float((residual**2).sum()) * effective / (effective - 1)) / total
-    return sigma * float(student.ppf(0.975, effective - 1)) / 1.96
+    return sigma * float(scipy.stats.t.ppf(0.975, effective - 1)) / 1.96
 
 
 def _drift(pulls: Any, powers: Any, at: FloatArray) -> float:
@@ -327,5 +326,5 @@ def _drift(pulls: Any, powers: Any, at: FloatArray) -> float:
     residual = own - np.average(own, weights=w) - slope * x
     freedom = np.count_nonzero(use) - 2
     error = math.sqrt(float(((w * x * residual) ** 2).sum()) * (freedom + 2) / freedom) / float((w * x * x).sum())
-    beyond = abs(slope) > float(student.ppf(0.9995, freedom)) * error
+    beyond = abs(slope) > float(scipy.stats.t.ppf(0.9995, freedom)) * error
     return slope if beyond and abs(slope) * float(np.ptp(x)) > DRIFTED else 0.0

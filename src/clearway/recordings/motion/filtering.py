@@ -13,9 +13,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import scipy
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import fftconvolve, lfilter, sosfilt
 
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.motion.gaps import runs, usual_step
@@ -78,7 +78,7 @@ def lowpass(x: FloatArray, cutoff: float, rate: float) -> FloatArray:
     whole = np.concatenate((2 * head - x[pad:0:-1], x, 2 * tail - x[-2 : -pad - 2 : -1]))
     start = np.array([[1 - sos[0, 0], sos[0, 2] - sos[0, 5]]])[:, :, None]  # as after a long time at 1
     for _ in range(2):
-        whole = sosfilt(sos, whole, axis=0, zi=start * whole[0])[0][::-1]
+        whole = scipy.signal.sosfilt(sos, whole, axis=0, zi=start * whole[0])[0][::-1]
     return np.ascontiguousarray(whole[pad : pad + n])
 
 
@@ -136,8 +136,8 @@ def _share_left(length: int, cutoff: float, rate: float, correlation: float) -> 
     matrix = lowpass(np.eye(length), cutoff, rate)
     spread = matrix
     if correlation > 0:
-        before = lfilter([1.0], [1.0, -correlation], matrix, axis=1)
-        after = lfilter([1.0], [1.0, -correlation], matrix[:, ::-1], axis=1)[:, ::-1]
+        before = scipy.signal.lfilter([1.0], [1.0, -correlation], matrix, axis=1)
+        after = scipy.signal.lfilter([1.0], [1.0, -correlation], matrix[:, ::-1], axis=1)[:, ::-1]
         spread = before + after - matrix
     share: FloatArray = (spread * matrix).sum(axis=1)
     share.flags.writeable = False
@@ -223,7 +223,7 @@ def _shares(cutoff: float, rate: float, correlation: float) -> tuple[float, floa
     def power(response: FloatArray) -> float:
         if like is None:
             return float(response @ response)
-        return float(fftconvolve(response, response[::-1]) @ like)
+        return float(scipy.signal.fftconvolve(response, response[::-1]) @ like)
 
     return power((impulse - answer)[:, 0]), power(answer[:, 0])
 

@@ -9,7 +9,7 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.motion.rigid import Fit, Seen, fit
@@ -102,7 +102,7 @@ def repair(t: FloatArray, xyz: FloatArray, model: FloatArray, done: Fit, noise: 
 def _strange(done: Fit, noise: float, share: float) -> Seen:
     """Frames that `noise` doesn't explain: a larger residual has a share of them, or the body is not upright."""
     freedom = done.freedom
-    largest = chi2.isf(share, np.arange(int(freedom.max(initial=0)) + 1))
+    largest = scipy.stats.chi2.isf(share, np.arange(int(freedom.max(initial=0)) + 1))
     with np.errstate(invalid="ignore"):
         loud = done.squares > noise**2 * largest[freedom]
         return np.asarray((freedom > 0) & (loud | (done.rotation[:, 2, 2] < UPRIGHT)))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import chi2
+import scipy
 
 from clearway.geometry.shapes import FloatArray
 
@@ -162,7 +162,7 @@ def noise_of(done: Fit) -> float | None:
     rows = np.flatnonzero(freedom > 0)
     if not len(rows):
         return None
-    usual = chi2.median(np.arange(freedom.max() + 1))
+    usual = scipy.stats.chi2.median(np.arange(freedom.max() + 1))
     return max(FLOOR, float(np.sqrt(np.median(done.squares[rows] / usual[freedom[rows]]))))
 
 
