@@ -9,7 +9,8 @@ answer to the same; a command counts as the same within 1e-3 m/s and rad/s. A tr
     python benchmarks/real_move_base/beside.py BUILT OUT --table                                   # of all that lies in OUT
     python benchmarks/real_move_base/beside.py BUILT OUT --smoke                                   # one world, once
 
-All repetitions of a world or a configuration are drawn together for the intervals (95 %).
+All repetitions of a world or a configuration are drawn together for the intervals (95 %). How like two orders of worlds can be is limited
+by chance in either: with four repetitions and more the real one's halves are held against each other too.
 """
 
 from __future__ import annotations
@@ -224,6 +225,9 @@ def _column(setting: Setting, rows: Sequence[Row], out: Path) -> dict[str, str]:
         "ours by the real one's": _drawn(times, lambda s: float(s[:, 1].mean() / s[:, 0].mean()), ".3f"),
         "rank correlation by world: reached": _ranked(reached),
         "of the time": _ranked(times),
+        "of half of the real one's times with its other half, with ours": _halved(
+            [row for row in rows if row["outcome"] == "reached"], tests
+        ),
         **_commands(out, setting, rows, tests),
         "periods, ours with costmaps and plans of its own": f"{owned[:, 1].sum():,}",
         "the same command, on its own": _drawn(owned, _share, ".3f") if own else "–",
@@ -279,6 +283,26 @@ def _drawn(table: FloatArray, value: Callable[[FloatArray], float], form: str) -
 def _ranked(table: FloatArray) -> str:
     found = spearman(table[:, 0], table[:, 1])
     return f"{found.r:.2f} [{found.low:.2f}, {found.high:.2f}]" if found.r is not None and np.isfinite(found.r) else "–"
+
+
+def _halved(rows: Sequence[Row], tests: Sequence[str]) -> str:
+    """The rank correlation that chance leaves: of the real one's times in half of the repetitions with those in the other half; and with ours there."""
+    names = list(dict.fromkeys(row["scenario"].rpartition("-r")[2] for row in rows))
+    if len(names) < 4:
+        return "–"
+    times = np.full((2, len(tests), len(names)), np.nan)
+    for row in rows:
+        repetition = names.index(row["scenario"].rpartition("-r")[2])
+        times[int(row["who"] == "ours"), tests.index(row["test"]), repetition] = row["CT"]
+    rng, found = np.random.default_rng(0), []
+    for _ in range(DRAWS):
+        first, second = np.array_split(rng.permutation(len(names)), 2)
+        real, again, ours = (
+            np.ma.masked_invalid(half).mean(axis=1) for half in (times[0][:, first], *times[:, :, second])
+        )
+        known = ~np.ma.getmaskarray(real + again + ours)
+        found.append([spearman(real[known].data, other[known].data).r for other in (again, ours)])
+    return ", ".join(f"{r:.2f}" for r in np.mean(np.array(found, float), axis=0))
 
 
 def main() -> None:
