@@ -55,11 +55,17 @@ def unknown(
 ) -> ClearwayError:
     """The error for a name that isn't known: lists what is, the closest name first."""
     names = sorted(choices)
-    close = difflib.get_close_matches(value[:LONGEST], names, n=1, cutoff=0.5)
-    hint = f"did you mean {close[0]!r}? " if close else ""
+    close = nearest(value, names)
+    hint = f"did you mean {close!r}? " if close else ""
     return ClearwayError(
         f"unknown {kind} {shown(value)}; {hint}known: {', '.join(names) or 'none'}", file=file, field=field
     )
+
+
+def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | None:
+    """The known name that is most like `name`, which may be endless; None where none is at least so alike (0 to 1)."""
+    close = difflib.get_close_matches(name[:LONGEST], list(known), n=1, cutoff=likeness)
+    return close[0] if close else None
 
 
 def _cut(text: str, most: int) -> str:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from typing import Any, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from clearway.errors import ClearwayError, shown, unknown
+from clearway.errors import ClearwayError, nearest, shown, unknown
 
 
 class Table(BaseModel):
@@ -58,8 +57,8 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
             if key in renamed:
                 return ClearwayError(f"unknown key; it is called {renamed[key]!r} now", file=file, field=field)
             known = sorted({name for m in models for name in _keys(m)})
-            close = difflib.get_close_matches(key[:100], known, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+            close = nearest(key, known, 0.55)
+            hint = f"did you mean {close!r}?" if close else f"known: {', '.join(known)}"
             return ClearwayError(f"unknown key; {hint}", file=file, field=field)
         case "missing":
             return ClearwayError("is missing", file=file, field=field)
@@ -69,6 +68,12 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
             name = str(finding["ctx"]["discriminator"]).strip("'")
             choices = re.findall(r"'([^']*)'", finding["ctx"]["expected_tags"])
             return unknown(name, str(finding["ctx"]["tag"]), choices, file=file, field=f"{field}.{name}".lstrip("."))
+        case "union_tag_not_found":
+            name = str(finding["ctx"]["discriminator"]).strip("'")
+            tags = [tag for m in _models_at(model, where) for tag in get_args(_keys(m).get(name))]
+            return ClearwayError(
+                f"is missing; one of {', '.join(tags)}", file=file, field=f"{field}.{name}".lstrip(".")
+            )
         case _:
             message = finding["msg"][0].lower() + finding["msg"][1:]
             message = message.replace("tuple", "list").replace(" after validation", "")  # as a file has it

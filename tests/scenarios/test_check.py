@@ -68,6 +68,14 @@ def problems(folder: Path, old: str = "", new: str = "", room: str = ROOM, robot
     return [str(e).removeprefix(f"{folder / 'mine.toml'}: ") for e in found]
 
 
+def test_what_would_be_right_is_told(tmp_path: Path) -> None:
+    found = problems(tmp_path, '{ kind = "square", ', "{ ")
+    assert found == ["obstacles.0.shape.kind: is missing; one of square, rectangle, disc, polygon, robot"]
+    found = problems(tmp_path, "speed = 0.6", "goal = 0.6")  # like "optimal", but not much
+    assert found[0].startswith("goal: unknown key; known: ")
+    assert "legs, " in found[0]
+
+
 PERSON = """
 [[people]]
 name = "ann"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -12,7 +11,7 @@ from clearway.campaigns.conformance import check_navigator
 from clearway.campaigns.pilot import DECISION_LIMIT, guarded, prepare_limit
 from clearway.campaigns.plan import refuse_namesakes
 from clearway.campaigns.robot_tables import table_problems
-from clearway.errors import ClearwayError, shown
+from clearway.errors import ClearwayError, nearest, shown
 from clearway.foreign import said
 from clearway.geometry.ros_map import about_map
 from clearway.navigators.registry import (
@@ -139,8 +138,8 @@ def _usual_robots(path: Path) -> list[Robot | ClearwayError]:
 def _nothing_of(target: str) -> ClearwayError:
     kinds = {"navigator": navigator_names(), "robot": robot_names(), "suite": suite_names(), "plan": floor_plan_names()}
     every = {name: kind for kind, names in kinds.items() for name in names}
-    close = difflib.get_close_matches(target, every, n=1, cutoff=0.5)
-    hint = f"did you mean the {every[close[0]]} {close[0]!r}? " if close else ""
+    close = nearest(target, every)
+    hint = f"did you mean the {every[close]} {close!r}? " if close else ""
     return ClearwayError(
         f"there is no file, robot, suite, floor plan or navigator {shown(target)}; {hint}`clearway list` shows what there is"
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from clearway.campaigns.by_robot import is_by_robot, navigator_of, refuse_strangers
 from clearway.campaigns.thinking_budget import FREE, ThinkingBudget, read_thinking_budget
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, nearest
 from clearway.reading.limits import TRIALS
 from clearway.robots import load_robot
 from clearway.scenarios.scenario import Scenario
@@ -309,9 +308,9 @@ def _refuse_unknown(plan: Asked, found: set[str]) -> None:
         for robot in plan.robots
         for scenario in load_suite(suite).build(load_robot(robot), every, plan.seed)
     ]
-    close = difflib.get_close_matches(missing[0], known, n=1, cutoff=0.5)
+    close = nearest(missing[0], known)
     raise ClearwayError(
         f"no scenario of {', '.join(map(repr, plan.suites))} that is selected has the name {missing[0]!r}"
-        + (f"; did you mean {close[0]!r}?" if close else ""),
+        + (f"; did you mean {close!r}?" if close else ""),
         field="scenarios",
     )

@@ -8,14 +8,13 @@ own in the results.
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import json
 from collections.abc import Callable
 from typing import Any, get_args
 
 from clearway.contract import Navigator, Need
-from clearway.errors import ClearwayError, unknown
+from clearway.errors import ClearwayError, nearest, unknown
 from clearway.registry import Registry, in_a_line
 from clearway.robots import DriveKind, Robot
 
@@ -82,8 +81,7 @@ def make_navigator(name: str, **options: Any) -> Navigator:
     factory, given = navigator_class(name), split_options(name)[1] | options
     known, others = _options_of(factory)
     for option in given:
-        close = difflib.get_close_matches(option, known, n=1, cutoff=0.75)
-        if option not in known and (close or not others):
+        if option not in known and (nearest(option, known, 0.75) or not others):
             raise unknown("option", option, known, field=f"navigator {name!r}")
     try:
         navigator = factory(**given)

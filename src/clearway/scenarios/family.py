@@ -14,7 +14,6 @@ Of any other scenario `clearway.scenarios.perturbing` makes one.
 from __future__ import annotations
 
 import copy
-import difflib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,7 +23,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from clearway.errors import ClearwayError, shown
+from clearway.errors import ClearwayError, nearest, shown
 from clearway.geometry.shapes import FloatArray
 from clearway.reading import read_toml
 from clearway.scenarios.files import FAMILY, load_scenario
@@ -246,8 +245,8 @@ def _step(at: Any, key: str | int) -> tuple[str | int, str]:
         known = labels
     else:
         raise ClearwayError(f"there is nothing below {shown(at)}, so no {shown(key)}")
-    close = difflib.get_close_matches(str(key)[:100], known, n=1, cutoff=0.5)
-    hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known[:30]) or 'none'}"
+    close = nearest(str(key), known)
+    hint = f"did you mean {close!r}?" if close else f"known: {', '.join(known[:30]) or 'none'}"
     raise ClearwayError(f"{shown(key)} leads nowhere; {hint}")
 
 

@@ -45,7 +45,9 @@ def mean_interval(
     n = len(sample)
     if n < 2:
         return None
-    half = float(scipy.stats.t.ppf((1 + checked_probability("confidence", confidence)) / 2, n - 1) * scipy.stats.sem(sample))
+    half = float(
+        scipy.stats.t.ppf((1 + checked_probability("confidence", confidence)) / 2, n - 1) * scipy.stats.sem(sample)
+    )
     mean, (least, most) = float(np.mean(sample)), bounds
     return Interval(mean, max(mean - half, min(least, mean)), min(mean + half, max(most, mean)))
 

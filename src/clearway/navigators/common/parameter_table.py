@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import Any, Literal, NamedTuple
 
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, nearest
 
 Status = Literal["read", "default", "ignored", "missing", "unknown"]
 STATUSES: dict[Status, str] = {
@@ -77,10 +76,10 @@ class ParameterTable:
         )
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def did_you_mean(name: str, known: Iterable[str]) -> str:
     """The hint for a name that nobody reads; empty if none is near."""
-    close = get_close_matches(name[:200], list(known), n=1, cutoff=0.6)
-    return f"did you mean {close[0]!r}?" if close else ""
+    close = nearest(name, known)
+    return f"did you mean {close!r}?" if close else ""
 
 
 def as_written(value: Any) -> str:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
-from clearway.errors import ClearwayError, unknown
+from clearway.errors import ClearwayError, nearest, unknown
 from clearway.recordings import formats
 from clearway.recordings.lab.captures import nobodys
 from clearway.recordings.lab.lab import Lab
@@ -113,8 +112,8 @@ def _names(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
             yield ClearwayError(error.problem, file=error.file, field=f"bodies.{name}.shape")
     yield from _too_fast(plan, folder)
     if plan.test.suite not in suite_names():
-        close = difflib.get_close_matches(plan.test.suite, suite_names(), n=1, cutoff=0.8)
-        if close and not plan.test.suite.startswith(close[0]):  # hospital-2026 is somebody's own
+        close = nearest(plan.test.suite, suite_names(), 0.8)
+        if close and not plan.test.suite.startswith(close):  # hospital-2026 is somebody's own
             wrong = unknown("suite", plan.test.suite, suite_names())
             yield ClearwayError(f"{wrong.problem}; one of your own needs a name less like ours", field="test.suite")
         return
@@ -251,5 +250,5 @@ def _close(folder: Path, file: str) -> str:
         names = [p.name for p in there.iterdir()] if there.is_dir() else []
     except OSError:
         names = []
-    close = difflib.get_close_matches(Path(file).name, names, n=1, cutoff=0.6)
-    return f"; did you mean {str(Path(file).parent / close[0])!r}?" if close else ""
+    close = nearest(Path(file).name, names)
+    return f"; did you mean {str(Path(file).parent / close)!r}?" if close else ""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, nearest
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.motion import rigid
 from clearway.recordings.motion.base import Base
@@ -58,18 +57,17 @@ def resolve(
         found = tuple(n for n in names if n.startswith(wanted))
         if not found:
             prefixes = sorted({n[: n.rindex(":") + 1] for n in names if ":" in n})
-            close = difflib.get_close_matches(wanted, prefixes, n=1, cutoff=0.4)
-            hint = f"did you mean {close[0]!r}? " if close else ""
+            close = nearest(wanted, prefixes, 0.4)
+            hint = f"did you mean {close!r}? " if close else ""
             known = f"prefixes: {', '.join(prefixes)}" if prefixes else f"no prefixes, but markers: {_some(names)}"
             raise ClearwayError(f"no marker begins with {wanted!r}; {hint}the file has {known}", file=file, field=field)
     else:
         found = tuple(wanted)
         for name in found:
             if name not in names:
-                close = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
                 same_end = [n for n in names if n.rpartition(":")[2] == name]
-                guess = same_end[:1] or close
-                hint = f"did you mean {guess[0]!r}? " if guess else ""
+                guess = same_end[0] if same_end else nearest(name, names, 0.4)
+                hint = f"did you mean {guess!r}? " if guess else ""
                 raise ClearwayError(f"no marker {name!r}; {hint}the file has {_some(names)}", file=file, field=field)
             if found.count(name) > 1:
                 raise ClearwayError(f"marker {name!r} is named twice", file=file, field=field)

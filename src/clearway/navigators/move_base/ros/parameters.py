@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from clearway.errors import ClearwayError, shown
 from clearway.navigators.common.costmaps.parameters import Costmap, InflationLayer, ObstacleLayer, StaticLayer
-from clearway.navigators.common.parameter_table import ParameterTable, Row, as_written, nearest
+from clearway.navigators.common.parameter_table import ParameterTable, Row, as_written, did_you_mean
 from clearway.navigators.common.potentials.parameters import GlobalPlannerGroup
 from clearway.navigators.move_base.local_planners.parameters import DWAParameters, TrajectoryParameters
 from clearway.navigators.move_base.parameters import ClearCostmapRecovery, MoveBaseGroup, Parameters, RotateRecovery
@@ -142,7 +142,7 @@ class Told:
                     note=f"is called {renamed[name]!r} in noetic, which does not read the old name",
                 )
             elif not isinstance(value, dict):
-                self._row("unknown", at, value, note=nearest(name, [*fields, *ignored, *also]))
+                self._row("unknown", at, value, note=did_you_mean(name, [*fields, *ignored, *also]))
         try:
             model.model_validate(values)
         except ValidationError as error:
@@ -191,7 +191,7 @@ class Told:
             if built is not None:
                 self._row("missing", name, value, note=f"is not built; closest is {built}")
             else:
-                meant = nearest(name, known)
+                meant = did_you_mean(name, known)
                 self._row("unknown" if meant else "ignored", name, value, note=meant or "nothing names it")
         return values
 
@@ -270,7 +270,7 @@ class Told:
                 values[part] = self._obstacles(space, table, name, at, old)
         for name, value in space.items():
             if isinstance(value, dict) and name not in layers and name not in moved:
-                if note := nearest(name, layers):
+                if note := did_you_mean(name, layers):
                     self._row("unknown", f"{where}.{name}", value, note=note)
                 elif layers or old:
                     self._row("ignored", f"{where}.{name}", value, note="it stands in no list of layers or sources")
@@ -340,7 +340,7 @@ class Told:
                 elif n in names.SOURCE:
                     self._row("ignored", f"{where}.{source}.{n}", value, note=names.SOURCE[n])
                 elif n not in known:
-                    self._row("unknown", f"{where}.{source}.{n}", value, note=nearest(n, [*seen, *names.SOURCE]))
+                    self._row("unknown", f"{where}.{source}.{n}", value, note=did_you_mean(n, [*seen, *names.SOURCE]))
         own = {n: v for n, v in layer.items() if n not in (*sources, "observation_sources")}
         sensors = ("name", "marking", "clearing", "inf_is_valid", "observation_persistence")
         values = self._take(own, ObstacleLayer, where, names.LAYER, but=sensors)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from clearway.errors import ClearwayError, shown
+from clearway.errors import ClearwayError, nearest, shown
 from clearway.navigators.nav2.parameters.group import Group, Readers
 
 _HERE = "clearway.navigators.nav2"
@@ -124,8 +123,8 @@ def group_of(role: str, plugin: str, field: str) -> type[Group] | ClearwayError:
     address = known.get(proper(plugin))
     if address is None:
         instead = {proper(name): closest for name, closest in MISSING.items()}.get(proper(plugin))
-        close = difflib.get_close_matches(proper(plugin)[:200], known, n=1, cutoff=0.8)
-        hint = f"closest is {instead}; " if instead else f"did you mean {close[0]!r}? " if close else ""
+        close = nearest(proper(plugin), known, 0.8)
+        hint = f"closest is {instead}; " if instead else f"did you mean {close!r}? " if close else ""
         return ClearwayError(
             f"the {role} {shown(plugin)} is not built here; {hint}there are {', '.join(sorted(known)) or 'none'}",
             field=field,

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Set
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, cast
 
-from clearway.errors import ClearwayError, shown, unknown
-from clearway.navigators.common.parameter_table import ParameterTable, Row, Status, as_written, nearest
+from clearway.errors import ClearwayError, nearest, shown, unknown
+from clearway.navigators.common.parameter_table import ParameterTable, Row, Status, as_written, did_you_mean
 from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.behavior_tree.reader import Trees, asked
 from clearway.navigators.nav2.parameters.branch import Branch, is_filled_in_at_launch, settle
@@ -243,8 +242,7 @@ def _unknown(branch: Branch, name: str, value: Any, here: str, also: Iterable[st
             if other in ignored and isinstance(listed, tuple) and name in listed:
                 return Row("ignored", here, _short(value), note=ignored[other])
         absent = [child for child in asked if child not in branch.table]
-        close = get_close_matches(name[:200], absent, n=1, cutoff=0.75)
-        if not close:
+        if not nearest(name, absent, 0.75):
             return Row(
                 "ignored",
                 here,
@@ -252,7 +250,7 @@ def _unknown(branch: Branch, name: str, value: Any, here: str, also: Iterable[st
                 note="nothing names it: it stands in no list of plug-ins, sources or the like",
             )
         known = absent
-    return Row("unknown", here, _short(value), note=nearest(name, known))
+    return Row("unknown", here, _short(value), note=did_you_mean(name, known))
 
 
 def _of_other_node(node: Node, space: str, unasked: Set[str]) -> Iterator[Row]:
@@ -265,9 +263,9 @@ def _of_other_node(node: Node, space: str, unasked: Set[str]) -> Iterator[Row]:
     count = f"{len(node.values)} parameter{'s' if len(node.values) != 1 else ''}"
     shown = node.name if node.wild else node.name.removeprefix(space).lstrip("/").replace("/", ".")
     known = [*built, *NODES]
-    close = [name] if name in known else get_close_matches(name, known, n=1, cutoff=0.8)
+    close = name if name in known else nearest(name, known, 0.8)
     if node.wild and (close or "*" in name) and not (name in NODES and node.matches(f"{space}/{name}")):
-        meant = f"/**/{close[0]}" if close else "/**"
+        meant = f"/**/{close}" if close else "/**"
         yield Row("unknown", shown, count, note=f"matches no node; did you mean {meant!r}?")
     elif name in NODES:
         if name != "amcl":
@@ -277,7 +275,7 @@ def _of_other_node(node: Node, space: str, unasked: Set[str]) -> Iterator[Row]:
             where = f"; the robot's file says it: [localisation.amcl] {AMCL[key]}" if key in AMCL else ""
             yield Row("ignored", f"{shown}.{key}", as_written(value), note=f"{NODES[name]}{where}")
     elif close:
-        yield Row("unknown", shown, count, note=f"no node of Nav2 has that name; did you mean {close[0]!r}?")
+        yield Row("unknown", shown, count, note=f"no node of Nav2 has that name; did you mean {close!r}?")
     else:
         yield Row("ignored", shown, count, note="no node of Nav2's navigation")
 
