@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import gymnasium
@@ -14,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
+import clearway
 import clearway.learning
 from clearway.campaigns.pilot import compose
 from clearway.campaigns.plan import CampaignPlan, granted_map
@@ -308,6 +310,9 @@ def test_every_scenario_comes_once_a_round() -> None:
         ({"suite": "hospital", "reward": "x"}, "reward: 'x' is no function"),
         ({"suite": "hospital", "speeds": "x"}, "speeds: 'x' is not a number"),
         ({"suite": "hospital", "render_mode": "human"}, "render_mode"),
+        ({"suite": ["hospital", "crowd"]}, r"suite: \['hospital', 'crowd'\] are 2; an environment takes one"),
+        ({"suite": "hospital", "robot": ["tiago", "hosbot"]}, "robot: .* are 2; an environment takes one"),
+        ({"suite": "replayed", "people": "obsmat.txt"}, "people: 'obsmat.txt' is no `Replay`"),
     ],
 )
 def test_what_is_wrong_is_said_before_anything_runs(options: dict[str, Any], said: str) -> None:
@@ -326,6 +331,26 @@ def test_one_batch_and_one_speed_stand_for_themselves() -> None:
 def test_a_team_takes_a_suite_of_teams() -> None:
     with pytest.raises(ClearwayError, match=r"learning\.make$"):
         clearway.learning.make_team("crowd")
+
+
+@pytest.mark.parametrize("given", ["hosbot+tiago", ["hosbot", "tiago"]])
+def test_a_team_is_driven_as_it_was_selected(given: Any) -> None:
+    env = clearway.learning.make_team("meeting-points", team=given)
+    env.reset(seed=1)
+    assert [robot.name for robot in env.episode.robots] == ["hosbot", "tiago"]
+    with pytest.raises(ClearwayError, match="robot: a team says who drives; leave out 'jackal'"):
+        clearway.learning.make_team("meeting-points", "jackal", team=given)
+
+
+def test_people_of_ones_own_are_met_at_times_that_are_drawn(tmp_path: Path) -> None:
+    table = tmp_path / "people.csv"
+    rows = [f"{t / 10},anna,{t / 10 - 8},5" for t in range(300)]
+    table.write_text("\n".join(["t,id,x,y", *rows]), encoding="utf-8")
+    people = clearway.recorded_people(table, start=(0.0, 0.0, 1.57), goal=(0.0, 11.0))
+    env = clearway.learning.make("replayed", people=people, obstacles=1)
+    env.reset(seed=1)
+    assert env.episode is not None
+    assert [person.name for person in env.episode.scenario.people] == ["person anna"]
 
 
 @pytest.mark.parametrize("action", [np.zeros(2), np.array((np.nan, 0.0, 0.0)), np.array((np.inf, 0.0, 0.0))])

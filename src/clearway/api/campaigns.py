@@ -10,7 +10,7 @@ from typing import Any
 from clearway.api.arguments import NavigatorLike, free_directory, options_of
 from clearway.api.results import Results, open_results
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
-from clearway.campaigns.objects import names_of, navigator_name
+from clearway.campaigns.objects import names_of, navigator_name, team_of
 from clearway.campaigns.one_trial import one_trial
 from clearway.campaigns.pilot import prepare_limit
 from clearway.campaigns.plan_checks import ALL, able
@@ -27,7 +27,6 @@ from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.selecting import number, numbers, selection_of, strings
 from clearway.scenarios.suite import Suite
 from clearway.scenarios.suites import with_movers
-from clearway.scenarios.teams import read_team
 from clearway.trials import Trial, store
 from clearway.trials.keeping import Keep
 
@@ -134,7 +133,7 @@ def run(
         "batches": batches, "configurations": configurations, "speeds": speeds, "sizes": sizes, "gaps": gaps,
         "obstacle_speeds": obstacle_speeds, "repetitions": repetitions, "worlds": worlds, "scenarios": scenarios,
         "floor_plan": floor_plan, "seeds": seeds, "disturbance": disturbance, "latency": latency, "ideal": ideal,
-        "team": _team(team), "replay": people,
+        "team": team_of(team), "replay": people,
     })  # fmt: skip
     limit = number(decision_limit, "decision_limit")
     named, asked = with_movers(names_of(suites, "suites"), movers), names_of(navigators, "navigators")
@@ -315,12 +314,3 @@ def recorded_people(
 
     from_, to, times = numbers(start, "start"), numbers(goal, "goal"), numbers(at, "at")
     return replay_of(file, from_, to, times, bodies=strings(bodies, "bodies"), format=format)
-
-
-def _team(given: str | Iterable[str | Robot]) -> tuple[str, ...]:
-    if isinstance(given, str) and given:
-        return read_team(given)
-    try:
-        return names_of(given or (), "robots")
-    except ClearwayError as error:
-        raise ClearwayError(error.problem, field="team") from error

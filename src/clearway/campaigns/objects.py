@@ -12,6 +12,7 @@ from clearway.robots import Robot, load_robot, robot_names
 from clearway.scenarios.files import suite_of
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Suite
+from clearway.scenarios.teams import read_team
 
 
 def names_of(values: Any, field: str) -> tuple[str, ...]:
@@ -27,6 +28,20 @@ def names_of(values: Any, field: str) -> tuple[str, ...]:
     name = {"suites": suite_name, "robots": robot_name, "navigators": navigator_name}[field]
     lone = isinstance(values, str | Robot | Scenario | Suite) or not isinstance(values, Iterable)
     return tuple(name(value) for value in ((values,) if lone else values))
+
+
+def team_of(given: Any) -> tuple[str, ...]:
+    """The names of a team's robots, in order; it may be written as one text, `tiago*2+hosbot`, or be robots one by one.
+
+    Raises:
+        ClearwayError: it is none.
+    """
+    if isinstance(given, str) and given:
+        return read_team(given)
+    try:
+        return names_of(given or (), "robots")
+    except ClearwayError as error:
+        raise ClearwayError(error.problem, field="team") from error
 
 
 def suite_name(value: Any) -> str:

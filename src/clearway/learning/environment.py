@@ -69,7 +69,8 @@ def make(suite: Any, robot: Any = None, *, render_mode: str | None = None, **opt
 
     Args:
         suite: By name, file or as an object, or one `Scenario`.
-        robot: Who is driven, by name, file or as an object; None: the first of those that usually drive it.
+        robot: Who is driven, by name, file or as an object; None: the first of the `team` that is selected, else of those that usually
+            drive it.
         render_mode: None; for Gymnasium, which asks with it.
         beams: In how many parts the lidar's sweep is cut of each of which the shortest return is seen; 0: none is.
         obstacles: How many tracked obstacles are seen; 0: none.
@@ -97,6 +98,7 @@ def split(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         ClearwayError: one is neither.
     """
     own, select = set(view.__annotations__) - {"return"}, {field.name for field in fields(Selection)}
+    select = select - {"replay"} | {"people"}  # as `clearway.run` has it
     for name in options:
         if name not in own | select:
             raise unknown("option", name, own | select)

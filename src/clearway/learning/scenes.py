@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from clearway.campaigns.objects import names_of
+from clearway.campaigns.objects import names_of, team_of
 from clearway.errors import ClearwayError, shown
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.check import check_scenario
@@ -30,8 +29,8 @@ class Scenes:
 
     Args:
         suite: A suite by name, file or as an object, or one `Scenario`.
-        robot: Who drives, by name, file or as an object; None: the first of those that usually drive it.
-        selection: Which part of it, as fields of `Selection`.
+        robot: Who drives, by name, file or as an object; None: the first of a team that is selected, else of those that usually drive it.
+        selection: Which part of it, in the words of `clearway.run`.
         several: Whether scenarios of several robots are wanted, else those of one.
 
     Attributes:
@@ -50,12 +49,17 @@ class Scenes:
                 "of it has labels without a suite",
                 field="suite",
             )
-        (name,) = names_of(str(suite) if isinstance(suite, Path) else suite, "suites")
-        self.suite: Suite = load_suite(name)
-        if robot is None and not self.suite.robots:
+        self.suite: Suite = load_suite(_one(suite, "suites"))
+        selection = {"replay" if name == "people" else name: value for name, value in selection.items()}
+        which = None if robot is None else _one(robot, "robots")
+        selection["team"] = team = team_of(selection.get("team", ()))
+        if team:
+            if which not in (None, team[0]):
+                raise ClearwayError(f"a team says who drives; leave out {which!r}", field="robot")
+            which = team[0]
+        if which is None and not self.suite.robots:
             raise ClearwayError(f"say which robot is to drive the suite {self.suite.name!r}", field="robot")
-        (which,) = names_of(self.suite.robots[0] if robot is None else robot, "robots")
-        self.robot: Robot = load_robot(which)
+        self.robot: Robot = load_robot(self.suite.robots[0] if which is None else which)
         if "seeds" in selection:
             first, last = LEARNING_DRAWS
             raise ClearwayError(
@@ -141,6 +145,14 @@ class Scenes:
                 field="suite",
             )
         return kept
+
+
+def _one(given: Any, what: str) -> str:
+    """The name of the one suite or robot that was given."""
+    names = names_of(given, what)
+    if len(names) != 1:
+        raise ClearwayError(f"{shown(given)} are {len(names)}; an environment takes one", field=what.removesuffix("s"))
+    return names[0]
 
 
 def _is_drawn(suite: str) -> bool:
