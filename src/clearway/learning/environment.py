@@ -12,7 +12,7 @@ import numpy.typing as npt
 from gymnasium.core import RenderFrame
 
 from clearway.contract import Command, Goal
-from clearway.errors import ClearwayError, unknown
+from clearway.errors import ClearwayError, shown, unknown
 from clearway.indicators import score_row
 from clearway.learning.episode import Episode, Equipment, equipment_of
 from clearway.learning.rewards import Reward, Step, default_reward, numbers_of, refuse_no_reward
@@ -60,6 +60,9 @@ def view(
         ClearwayError: one of them is wrong.
     """
     refuse_no_reward(reward)
+    for name, given in (("flat", flat), ("normalised", normalised), ("indicators", indicators)):
+        if not isinstance(given, bool):
+            raise ClearwayError(f"{shown(given)} is none; True or False is", field=name)
     where, how = text(localisation, "localisation"), text(tracking, "tracking")
     return View(Seeing(beams, obstacles), Acting(normalised), flat, reward, where, how, indicators)
 
@@ -87,8 +90,8 @@ def make(suite: Any, robot: Any = None, *, render_mode: str | None = None, **opt
     """
     if render_mode is not None:
         raise ClearwayError(f"{render_mode!r} is none; an episode is drawn by a report", field="render_mode")
-    shown, where = split(options)
-    return Alone(Scenes(suite, robot, where), view(**shown))
+    own, where = split(options)
+    return Alone(Scenes(suite, robot, where), view(**own))
 
 
 def split(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
