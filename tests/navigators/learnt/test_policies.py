@@ -93,6 +93,42 @@ def test_onnx_and_npz_of_one_policy_answer_alike(tmp_path: Path) -> None:
         make_navigator(f"onnx:{file}[obstacles=1]").read_parameters(load_robot("tiago"))  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize(
+    ("sees", "says", "said"),
+    [
+        ([1, SIZE], [AXES], r"its first output is \(2,\); \(1, k\) is expected"),
+        ([1, SIZE], [], r"its first output is \(\); \(1, k\) is expected"),
+        ([8, SIZE], [8, AXES], rf"its input is \(8, {SIZE}\); \(1, n\) is expected"),
+    ],
+)
+def test_onnx_of_another_shape_is_refused_before_it_drives(
+    tmp_path: Path, sees: list[int], says: list[int], said: str
+) -> None:
+    pytest.importorskip("onnxruntime")
+    helper = pytest.importorskip("onnx").helper
+    from onnx import TensorProto
+
+    weight = helper.make_tensor("weight", TensorProto.FLOAT, (SIZE, AXES), np.zeros(SIZE * AXES))
+    shape = helper.make_tensor("shape", TensorProto.INT64, (len(says),), says)
+    nodes = [helper.make_node("MatMul", ["seen", "weight"], ["row"])]
+    if says:
+        nodes.append(helper.make_node("Reshape", ["row", "shape"], ["said"]))
+    else:
+        nodes.append(helper.make_node("ReduceSum", ["row"], ["said"], keepdims=0))
+    graph = helper.make_graph(
+        nodes,
+        "policy",
+        [helper.make_tensor_value_info("seen", TensorProto.FLOAT, sees)],
+        [helper.make_tensor_value_info("said", TensorProto.FLOAT, says)],
+        [weight, shape],
+    )
+    file = tmp_path / "policy.onnx"
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
+    file.write_bytes(model.SerializeToString())
+    with pytest.raises(ClearwayError, match=said):
+        make_navigator(f"onnx:{file}[obstacles=2]")
+
+
 def test_a_policy_drives_a_trial(tmp_path: Path) -> None:
     trial = simulate("people", "tiago", f"npz:{written(tmp_path)}", name="passing-r1")
     moved = float(np.hypot(*np.diff(trial.pose[:, :2], axis=0).T).sum())

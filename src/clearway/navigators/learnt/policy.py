@@ -187,6 +187,9 @@ def read_onnx(file: Path, seeing: Seeing, acting: Acting) -> Policy:
     inputs, first = session.get_inputs(), session.get_outputs()[0]
     if len(inputs) != 1 or inputs[0].type != "tensor(float)" or len(inputs[0].shape) != 2:
         raise ClearwayError("has not one input of two axes in float32, as a policy here must", file=file)
+    for what, shape, right in (("input", inputs[0].shape, "(1, n)"), ("first output", first.shape, "(1, k)")):
+        if len(shape) != 2 or (isinstance(shape[0], int) and shape[0] != 1):
+            raise ClearwayError(f"its {what} is {tuple(shape)}; {right} is expected", file=file)
 
     def answer(seen: Numbers) -> npt.NDArray[np.float32]:
         said: npt.NDArray[np.float32] = session.run([first.name], {inputs[0].name: seen[None]})[0][0]
