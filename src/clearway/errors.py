@@ -29,15 +29,16 @@ class ClearwayError(Exception):
     """Something that the caller gave is wrong. The message is one clear sentence, meant to be shown as it is.
 
     Args:
-        problem: What is wrong, with the offending value and what would be right.
+        problem: What is wrong, with the offending value and what would be right; or an error, whose message says it: Gymnasium raises
+            what a worker raised anew as `type(error)(error)`.
         file: The file it stands in, if there is one.
         field: The field (dotted path) it stands in, if there is one.
     """
 
-    def __init__(self, problem: str, *, file: object = None, field: str | None = None) -> None:
-        self.problem, self.file, self.field = problem, None if file is None else str(file), field
+    def __init__(self, problem: str | Exception, *, file: object = None, field: str | None = None) -> None:
+        self.problem, self.file, self.field = str(problem), None if file is None else str(file), field
         where = ": ".join(_cut(part, LONGEST // 10) for part in (self.file, field) if part)
-        text = _cut(problem, LONGEST)
+        text = _cut(self.problem, LONGEST)
         where, text = _printable(where, but=""), _printable(text, but="\n")
         super().__init__(f"{where}: {text}" if where else text)
 

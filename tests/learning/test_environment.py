@@ -212,6 +212,17 @@ def test_a_reward_that_is_none(given: Any) -> None:
         env.step(np.ones(3, np.float32))
 
 
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_what_is_wrong_in_another_process_is_told_in_this_one() -> None:
+    envs = gymnasium.make_vec("clearway/Crowd-v0", 1, "async", reward=lambda step: math.nan, **CROWD)
+    try:
+        envs.reset(seed=0)
+        with pytest.raises(ClearwayError, match=r"^reward: what it gave .* is nan; a finite number is expected"):
+            envs.step(np.zeros((1, 3), np.float32))
+    finally:
+        envs.close()
+
+
 @pytest.mark.parametrize("policy", [straight, lambda seen: np.zeros(3, np.float32)])
 def test_at_the_end_nothing_more_is_seen_and_but_for_a_contact_driven(policy: Any) -> None:
     told: list[Step] = []
