@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -64,16 +63,13 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
             return ClearwayError("is missing", file=file, field=field)
         case "value_error":
             return ClearwayError(finding["msg"].removeprefix("Value error, "), file=file, field=field)
-        case "union_tag_invalid":
-            name = str(finding["ctx"]["discriminator"]).strip("'")
-            choices = re.findall(r"'([^']*)'", finding["ctx"]["expected_tags"])
-            return unknown(name, str(finding["ctx"]["tag"]), choices, file=file, field=f"{field}.{name}".lstrip("."))
-        case "union_tag_not_found":
+        case "union_tag_invalid" | "union_tag_not_found":
             name = str(finding["ctx"]["discriminator"]).strip("'")
             tags = [tag for m in _models_at(model, where) for tag in get_args(_keys(m).get(name))]
-            return ClearwayError(
-                f"is missing; one of {', '.join(tags)}", file=file, field=f"{field}.{name}".lstrip(".")
-            )
+            field = f"{field}.{name}".lstrip(".")
+            if finding["type"] == "union_tag_invalid":
+                return unknown(name, str(finding["ctx"]["tag"]), tags, file=file, field=field)
+            return ClearwayError(f"is missing; one of {', '.join(tags)}", file=file, field=field)
         case _:
             message = finding["msg"][0].lower() + finding["msg"][1:]
             message = message.replace("tuple", "list").replace(" after validation", "")  # as a file has it
