@@ -15,7 +15,8 @@ from clearway.contract import Scan
 from clearway.geometry.grid import FREE, OCCUPIED, OccupancyGrid
 from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import Circle
-from clearway.perception.clusters import ClusterParameters, Returns, cover, known_structure, perceive
+from clearway.perception.clusters import ClusterParameters, Returns, known_structure, perceive
+from clearway.perception.covering import cover
 
 P = ClusterParameters()
 ODD = st.sampled_from([math.nan, math.inf, -math.inf, 0.0, -1.0, 1e300])

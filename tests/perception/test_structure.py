@@ -10,7 +10,8 @@ import pytest
 from clearway.contract import Scan
 from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import rectangle
-from clearway.perception.clusters import ClusterParameters, cores, perceive
+from clearway.perception.clusters import ClusterParameters, perceive
+from clearway.perception.covering import cores
 from clearway.perception.structure import StructureMemory
 
 AHEAD = Scan(np.full(101, np.inf), -1.0, 0.02, 0.3, 10.0, np.zeros(3))  # sees from -1 to 1 rad

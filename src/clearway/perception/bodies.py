@@ -15,7 +15,8 @@ from clearway.geometry.compiled import kernel, uncompiled
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.candidates import EXACT, Candidates, found_in, rounded, sizes_of
-from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
+from clearway.perception.clusters import ClusterParameters, IntArray, Returns
+from clearway.perception.covering import cores
 from clearway.perception.seen_through import share_seen_through
 from clearway.perception.structure import unseen
 from clearway.robots import Robot

@@ -24,11 +24,11 @@ from clearway.perception.candidates import EXACT, sizes_of
 from clearway.perception.clusters import (
     NOTHING_KNOWN,
     ClusterParameters,
-    cover,
     known_structure,
     looks_around,
     perceive,
 )
+from clearway.perception.covering import cover
 from clearway.perception.rectangles import RectangleFollower
 from clearway.perception.skew import straightened
 from clearway.perception.structure import StructureMemory
