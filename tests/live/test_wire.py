@@ -15,6 +15,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,8 @@ from clearway.campaigns.provenance import code_of
 from clearway.contract import Command
 from clearway.errors import ClearwayError
 from clearway.live import navigator as live_navigator
-from clearway.live.encodings import JsonLines, MessagePack
+from clearway.live.conformance import said_of
+from clearway.live.encodings import LONGEST, JsonLines, MessagePack, Nonsense
 from clearway.live.line import WireError
 from clearway.live.peers import Process
 from clearway.navigators.registry import NAVIGATORS, drives_of, make_navigator, needs_of
@@ -139,7 +141,7 @@ WRONG = {
     "segfaults": "was ended by SIGSEGV",
     "closes": "closed its standard output",
     "text": r"said 'planning ...', which is no message in JSON",
-    "long": "said 'xxx.*, which is no message",
+    "long": "said 'x{80}' in a line of more than 1,048,576 bytes, which are the most",
     "half": r"gave a command without 'omega': \{'type': 'command', 'v': 0.1\}",
     "misspelt": "gave command a 'w', which it has not; it has arrived, cut, gave_up, omega, status, v, v_y, violated",
     "ready": r"answered a step with \{'type': 'ready'\}; a command is expected",
@@ -316,8 +318,8 @@ def test_it_goes_with_the_object_and_with_the_process() -> None:
 
 
 @contextmanager
-def served(connections: int) -> Iterator[int]:
-    """A server in another thread that speaks MessagePack, one connection after another; its port."""
+def served(connections: int, keeps: float = 0.0) -> Iterator[int]:
+    """A server in another thread that speaks MessagePack, one connection after another, and closes each so late; its port."""
 
     def say(line: socket.socket, **message: Any) -> None:
         body = msgpack.packb(message)
@@ -332,6 +334,7 @@ def served(connections: int) -> Iterator[int]:
                     say(line, type="ready")
                 if message["type"] == "step":
                     say(line, type="command", v=message["t"], omega=0.0)
+            time.sleep(keeps)
 
     with socket.create_server(("127.0.0.1", 0)) as listening:
         thread = threading.Thread(target=lambda: [answer(listening.accept()[0]) for _ in range(connections)])
@@ -403,6 +406,25 @@ def test_a_program_that_does_not_end_is_found() -> None:
             break
     assert said[0][1].startswith("says hello: version 1, in JSON lines")
     assert [s for s in said if not s[0]] == [(False, "after bye it had not ended after 1 s"), (False, said[2][1])]
+
+
+def test_a_server_that_keeps_the_connection_is_found() -> None:
+    for keeps, wrong in ((0.0, "ends"), (1.5, "had not closed the connection after 1 s")):
+        with served(2, keeps) as port:
+            connect: Any = partial(make_navigator, f"tcp://127.0.0.1:{port}")
+            said = list(said_of(connect))
+        assert [passed for passed, _ in said] == [True, not keeps, not keeps]
+        assert [text for _, text in said[1:]] == [
+            f"after bye it {wrong}",
+            f"when its line is closed without a bye it {wrong}",
+        ]
+
+
+def test_a_message_that_is_too_long_is_told_by_its_length() -> None:
+    length = (LONGEST + 1).to_bytes(4, "big")
+    with pytest.raises(Nonsense, match=r"^said a message of 1,048,577 bytes; 1,048,576 are the most$"):
+        MessagePack().end(bytearray(length))
+    assert MessagePack().end(bytearray(LONGEST.to_bytes(4, "big"))) == 0
 
 
 def test_json_has_no_infinity() -> None:

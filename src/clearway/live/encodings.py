@@ -70,9 +70,12 @@ class MessagePack:
     def end(self, held: bytearray) -> int:
         if len(held) < _LENGTH:
             return 0
-        end = _LENGTH + int.from_bytes(held[:_LENGTH], "big")
-        if end > LONGEST:
+        if held[0]:  # no message has 16 MB
             raise Nonsense(f"said {shown(held)}, which is no message")
+        length = int.from_bytes(held[:_LENGTH], "big")
+        if length > LONGEST:
+            raise Nonsense(f"said a message of {length:,} bytes; {LONGEST:,} are the most")
+        end = _LENGTH + length
         return end if len(held) >= end else 0
 
     def unpack(self, frame: bytes) -> Message:
@@ -97,7 +100,7 @@ class JsonLines:
     def end(self, held: bytearray) -> int:
         end = held.find(b"\n") + 1
         if (end or len(held)) > LONGEST:
-            raise Nonsense(f"said {shown(held)}, which is no message")
+            raise Nonsense(f"said {shown(held)} in a line of more than {LONGEST:,} bytes, which are the most")
         return end
 
     def unpack(self, frame: bytes) -> Message:

@@ -128,6 +128,19 @@ class Line:
         except Nonsense as error:
             raise WireError(str(error)) from error
 
+    def ends(self, limit: float) -> bool:
+        """Whether it closes the line within so many seconds, whatever it says before that."""
+        until = time.monotonic() + limit
+        try:
+            while time.monotonic() < until:
+                self._hear(until)
+                self._held.clear()
+        except EOFError:
+            return True
+        except TimeoutError:
+            pass
+        return False
+
     def last_words(self) -> str:
         """The last line that it wrote to its standard error, for the end of a sentence; empty for none."""
         return "" if self.words is None else self.words.last()

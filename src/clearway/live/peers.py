@@ -15,7 +15,7 @@ from typing import Any, Protocol
 from clearway.live.line import Line, WireError
 
 ENDING = 1.0
-"""s that a process has to end after its `bye`."""
+"""s that a process has to end after its `bye`, or a server to close the connection."""
 
 _CONNECTING = 5.0
 _GUARD = ("/bin/sh", "-c", "trap '' HUP INT TERM; read nothing; kill -KILL 0")
@@ -167,7 +167,9 @@ class Server:
         return "closed the connection"
 
     def leave(self) -> str:
-        return ""
+        with suppress(OSError):  # it may have closed the connection already
+            self._socket.shutdown(socket.SHUT_WR)
+        return "" if self.line.ends(ENDING) else f"had not closed the connection after {ENDING:g} s"
 
     def end(self) -> None:
         self._socket.close()
