@@ -106,12 +106,15 @@ def test_a_reward_of_ones_own_is_asked() -> None:
 
     lanes = several("crowdnav", 2, reward=reward)
     lanes.reset(seed=1)
-    _, rewards, *_ = lanes.step(np.zeros((2, 3), np.float32))
+    actions = np.zeros((2, 3), np.float32)
+    _, rewards, *_ = lanes.step(actions)
+    actions[:] = 1.0
     assert rewards.tolist() == [1.0, 2.0]
+    assert not asked[0].action.any()  # nor is what was said another's to change
     assert asked[0].before.shape == (2,)
     assert asked[0].outcome == [None, None]
     before = asked[0].seen.copy()
-    lanes.step(np.ones((2, 3), np.float32))
+    lanes.step(actions)
     assert np.array_equal(asked[0].seen, before)  # which is kept, also when more is seen
     assert not np.array_equal(asked[1].seen, before)
 
@@ -123,6 +126,8 @@ def test_rewards_that_are_none(given: Any) -> None:
     with pytest.raises(
         ClearwayError, match=r"^reward: what it gave .*; 2 finite numbers, an array of the shape \(2,\)"
     ):
+        lanes.step(np.zeros((2, 3), np.float32))
+    with pytest.raises(ResetNeeded):  # whose episodes were over have not begun anew
         lanes.step(np.zeros((2, 3), np.float32))
 
 

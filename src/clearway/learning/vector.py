@@ -174,7 +174,7 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
         Raises:
             ValueError: the actions are not as many finite numbers as they should be.
             ClearwayError: nor are the rewards.
-            gymnasium.error.ResetNeeded: they have not been reset.
+            gymnasium.error.ResetNeeded: they have not been reset, also not since a reward raised.
         """
         if not self._held:
             from gymnasium.error import ResetNeeded
@@ -193,10 +193,14 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
             reached,
             outcomes,
             told.seen.copy(),
-            actions,
+            np.array(actions, np.float32),
             self._robot.period,
         )
-        rewards = numbers_of(self._reward(steps), (n,))
+        try:
+            rewards = numbers_of(self._reward(steps), (n,))
+        except BaseException:
+            self._held = ()  # those whose episodes are over have not begun anew
+            raise
         truncated = np.array([outcome == Outcome.TIMEOUT for outcome in outcomes])
         terminated = np.array([outcome is not None for outcome in outcomes]) & ~truncated
         infos: dict[str, Any] = {}
