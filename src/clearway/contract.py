@@ -318,6 +318,8 @@ class Navigator(Protocol):
     - `files(**options)`, a classmethod that is given the constructor's options: paths of the files among them whose content
       decides what it does, so that resuming and rerunning notice when one has changed;
     - `diagnostics() -> Diagnostics`, asked for now and then;
+    - `slowest`, how long a decision of it may take, s of wall clock: a campaign that allows no more is refused;
+    - `alone`, what two robots that drive at once can't share of what it drives by, as text: a campaign in which they would is refused;
     - `close()`, called when it is needed no more, however its trial ended;
     - `privileged = True`, which gives it `Task.obstacle_oracle` and a label in every table;
     - `tuned_on`, a tuple of `clearway.tuning.TunedOn`: on which tests its parameters were chosen, which every table tells

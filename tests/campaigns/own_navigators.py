@@ -56,6 +56,14 @@ class Slow(Drives):
         return super().step(o)
 
 
+class Patient(Drives):
+    slowest = 9.5
+
+
+class Alone(Drives):
+    alone = "the only stack there is"
+
+
 class Dodges(Drives):
     """Steers away from what is near, ahead, and in the way: it sees obstacles, no scan."""
 

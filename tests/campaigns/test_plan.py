@@ -12,6 +12,8 @@ from campaigns.test_campaign import plan
 from clearway.campaigns import CampaignPlan
 from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import TrialSpec
+from clearway.campaigns.plan_checks import check_plan
+from clearway.campaigns.pool import Pool
 from clearway.errors import ClearwayError
 from clearway.scenarios.suites import Selection, load_suite
 
@@ -107,3 +109,32 @@ def test_a_drawn_scenario_by_name_is_drawn_alone() -> None:
     assert not generator.drawn
     assert len(drawn(plan, spec).scenario.obstacles) == 11
     assert [seed for _, seed in generator.drawn] == [17]
+
+
+def test_a_navigator_that_may_take_longer_than_a_decision_is_allowed_is_refused() -> None:
+    for limit in (10.0, None):
+        asked = plan("Patient", decision_limit=limit)
+        assert len(check_plan(asked, asked.specs())) == 1
+    asked = plan("Patient", decision_limit=9.0)
+    with pytest.raises(
+        ClearwayError, match=r"^decision_limit: 9 s are no longer than .*Patient' .* 9\.5 s; allow 11 s"
+    ):
+        check_plan(asked, asked.specs())
+
+
+def test_what_drives_one_robot_at_a_time_is_refused_to_drive_two() -> None:
+    asked = plan("Alone", "Drives")
+    for workers in (0, 1):
+        assert len(check_plan(asked, asked.specs(), Pool(workers, Path()))) == 2
+    with pytest.raises(
+        ClearwayError, match=r"^workers: 2 robots would drive at once, .*Alone' drives one, by the only stack"
+    ):
+        check_plan(asked, asked.specs(), Pool(2, Path()))
+    team = CampaignPlan(
+        ("meeting-points",), navigators=asked.navigators[:1],
+        selection=Selection(batches=("swap",), team=("tiago", "hosbot"), repetitions=1),
+    )  # fmt: skip
+    with pytest.raises(
+        ClearwayError, match=r"drives by the only stack there is, and so does .* give each robot its own"
+    ):
+        check_plan(team, team.specs())

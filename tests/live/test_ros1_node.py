@@ -319,7 +319,7 @@ def test_somebody_else_who_says_the_time_is_refused_while_a_dead_one_is_not(
             "has its master on another machine, which 127.0.0.1 is not reached from; host=ADDRESS",
         ),
         ("http://127.0.0.1:9", {}, "has no master at http://127.0.0.1:9 .*; start roscore first"),
-        ("", {"namespace": "a b"}, "namespace = 'a b' is none"),
+        ("", {"namespace": "a b"}, "'a b' is no namespace; robot1 is one"),
         ("", {"host": 3}, "host = 3 is no address"),
         ("", {"localised": 1}, "localised = 1; true or false is expected"),
         ("", {"patience": 0.0}, "patience = 0.0 is no time in seconds above 0"),

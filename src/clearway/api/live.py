@@ -147,7 +147,7 @@ def _live(
     began = time.monotonic()
     results = run(
         suite, robots=[robot], navigators=[f"{address}[{inside}]"], scenarios=scenarios, batches=batches,
-        repetitions=repetitions, decision_limit=max(10.0, 2.0 * float(options["patience"])), workers=1, out=out,
+        repetitions=repetitions, decision_limit=max(10.0, 2.0 + float(options["patience"]) + float(options["deadline"])), workers=1, out=out,
         progress=progress,
     )  # fmt: skip
     took = time.monotonic() - began

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -45,12 +46,14 @@ class Known:
         tuned_on: On what it says that its parameters were chosen; None if it says nothing.
         needs: What its observations must hold.
         privileged: Whether it is a reference, which may know what others can't.
+        alone: What it drives by that two robots can't share; empty: nothing.
     """
 
     code: str | None
     tuned_on: tuple[TunedOn, ...] | None
     needs: frozenset[str]
     privileged: bool
+    alone: str
 
 
 def check_plan(plan: CampaignPlan, specs: Iterable[TrialSpec], work: Pool | None = None) -> dict[str, Known]:
@@ -69,7 +72,7 @@ def check_plan(plan: CampaignPlan, specs: Iterable[TrialSpec], work: Pool | None
     """
     seen: set[tuple[str, str, str, bool, frozenset[str]]] = set()
     has_map: dict[bytes, bool] = {}
-    driven, driving = dict[str, None](), dict[str, None]()
+    driven, driving, together = dict[str, None](), dict[str, None](), dict[tuple[str, ...], None]()
     calls: list[tuple[CampaignPlan, TrialSpec, bool]] = []
     for spec in specs:
         scenario = spec.scenario
@@ -81,6 +84,7 @@ def check_plan(plan: CampaignPlan, specs: Iterable[TrialSpec], work: Pool | None
             has_map[content] = granted_map(plan.map, scenario) is not None
         driven |= dict.fromkeys(spec.robots)
         driving |= dict.fromkeys(spec.navigators)
+        together[tuple(spec.navigators)] = None
         for which, navigator in zip(spec.robots, spec.navigators, strict=True):
             people = frozenset(person.behaviour for person in scenario.people)
             combination = (which, navigator, spec.localisation, has_map[content], people)
@@ -94,6 +98,8 @@ def check_plan(plan: CampaignPlan, specs: Iterable[TrialSpec], work: Pool | None
     limit = prepare_limit(plan.decision_limit)
     work = work or Pool(0, Path())
     found = dict(work.each(_check_combination, calls, patience=limit, fallen=_cannot_be_made))
+    for names in together:
+        _refuse_sharing([(name, found[name].alone) for name in names if found[name].alone], work.workers)
     return {name: found[name] for name in driving}
 
 
@@ -139,6 +145,23 @@ def too_fast(specs: Iterable[TrialSpec]) -> list[str]:
     return [sentence for sentence in said if sentence]
 
 
+def _refuse_sharing(drivers: list[tuple[str, str]], workers: int) -> None:
+    """Refuse that two robots drive at once by the same; `drivers` are a simulation's navigators that have something for themselves, and what."""
+    taken: dict[str, str] = {}
+    for name, alone in drivers:
+        if alone in taken:
+            raise ClearwayError(
+                f"navigator {name!r} drives by {alone}, and so does {taken[alone]!r}, which would drive another robot at the same time; "
+                "give each robot its own"
+            )
+        taken[alone] = name
+        if workers > 1:
+            raise ClearwayError(
+                f"{workers} robots would drive at once, and navigator {name!r} drives one, by {alone}; say 1",
+                field="workers",
+            )
+
+
 def _cannot_be_made(fate: Fate, plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:
     why = " ".join(str(fate).split())  # what it raised may have lines
     raise ClearwayError(f"navigator {spec.navigator!r} cannot be made: the process in which it was tried {why}")
@@ -176,5 +199,13 @@ def _checked(plan: CampaignPlan, spec: TrialSpec, robot: Robot, navigator: Navig
             else f"{spec.scenario.floor_plan!r} has no map"
         )
         raise ClearwayError(f"localisation 'amcl' cannot work: {lacks}; use 'odometry' or 'truth'")
+    slowest: float = getattr(navigator, "slowest", 0.0)
+    if plan.decision_limit is not None and slowest >= plan.decision_limit:
+        raise ClearwayError(
+            f"{plan.decision_limit:g} s are no longer than navigator {spec.navigator!r} may take for a decision, {slowest:g} s; "
+            f"allow {math.ceil(slowest) + 1} s, or have it be less patient",
+            field="decision_limit",
+        )
     privileged = getattr(navigator_class(spec.navigator), "privileged", False) is True
-    return Known(code_of(spec.navigator, plan.options.get(spec.navigator, {})), tests, needs, privileged)
+    alone: str = getattr(navigator, "alone", "")
+    return Known(code_of(spec.navigator, plan.options.get(spec.navigator, {})), tests, needs, privileged, alone)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from clearway.errors import ClearwayError
 from clearway.live.ros.navigator import Pace
+
+_NAMESPACE = re.compile(r"/?([A-Za-z]\w*(/[A-Za-z]\w*)*/?)?", re.ASCII)
 
 
 def pace(name: str, lockstep: bool, deadline: float, watchdog: float, patience: float, fastest: float) -> Pace:
@@ -21,6 +24,16 @@ def pace(name: str, lockstep: bool, deadline: float, watchdog: float, patience: 
         raise ClearwayError(f"{name}: fastest = {fastest!r}; a number above 0 is expected, 1 for real time at most")
     check_flags(name, {"lockstep": lockstep})
     return Pace(lockstep, deadline, watchdog, patience, fastest)
+
+
+def check_namespace(name: str, namespace: object) -> None:
+    """Refuse what can't be the namespace of topics.
+
+    Raises:
+        ClearwayError: it can't.
+    """
+    if not isinstance(namespace, str) or not _NAMESPACE.fullmatch(namespace) or "__" in namespace:
+        raise ClearwayError(f"{name}: {namespace!r} is no namespace; robot1 is one")
 
 
 def check_flags(name: str, flags: Mapping[str, object]) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -21,7 +22,7 @@ from clearway.robots import Robot
 
 _ORIGIN = np.zeros(3)
 _AGAIN = 1.0
-"""s of wall clock after which a goal that is rejected or not answered is sent again."""
+"""s of wall clock after which a goal that is rejected or not answered is sent again; twice as long each time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,7 @@ class Pace:
         lockstep: Whether `/clock` waits for the command of each period; else it keeps to the wall clock.
         deadline: How long it waits for one, s of wall clock.
         watchdog: How long the base keeps the last command, s of `/clock`.
-        patience: How long the stack is waited for: its action, an accepted goal, any command; s of wall clock.
+        patience: How long the stack is waited for: its action and an accepted goal, any command; s of wall clock.
         fastest: How many times as fast as the wall clock it goes at most: what a stack does beside its commands, such as its
             costmaps, has threads of its own, which nothing waits for.
     """
@@ -55,46 +56,45 @@ class RosNavigator:
         connect: Makes what carries the messages.
         pace: How time goes.
         localised: Whether the stack is given our pose (`/amcl_pose`, `map` to `odom`); else it localises itself.
+        alone: What it has for itself, as two robots would both say `/clock` there.
 
     Attributes:
         needs: What observations must hold.
         drives: The kinds of bases that it drives.
+        slowest: How long a decision may take, s of wall clock.
+        alone: The same.
     """
 
     needs = frozenset({"map", "scan"})
     drives = frozenset({"differential", "omnidirectional", "ackermann"})
     _latest: ClassVar[int] = 0
 
-    def __init__(self, name: str, connect: Callable[[], Transport], pace: Pace, localised: bool) -> None:
-        self.name, self._connect, self._pace, self._localised = name, connect, pace, localised
+    def __init__(self, name: str, connect: Callable[[], Transport], pace: Pace, localised: bool, alone: str) -> None:
+        self.name, self._connect, self._pace, self._localised, self.alone = name, connect, pace, localised, alone
+        self.slowest = pace.patience + pace.deadline
         self._transport: Transport | None = connect()
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Put the robot to its start."""
-        transport = self._transport = self._transport or self._connect()
-        transport.cancel()
-        self._period = task.period
-        self._goal: Goal | None = None
-        self._omnidirectional = robot.limits().kind == "omnidirectional"
-        self._commands = Commands(_ns(self._pace.watchdog))
-        self._epoch = max(math.ceil(time.time()) * 10**9, RosNavigator._latest + _ns(1.0))
-        self._begun: float | None = None
-        self._told = 0.0
-        transport.begin(Place(self._epoch, task.start, task.map))
+        with self._or_close():
+            transport = self._transport = self._transport or self._connect()
+            transport.cancel()
+            self._period = task.period
+            self._goal: Goal | None = None
+            self._omnidirectional = robot.limits().kind == "omnidirectional"
+            self._commands = Commands(_ns(self._pace.watchdog))
+            self._epoch = max(math.ceil(time.time()) * 10**9, RosNavigator._latest + _ns(1.0))
+            self._begun: float | None = None
+            self._told = 0.0
+            transport.begin(Place(self._epoch, task.start, task.map))
 
     def step(self, observation: Observation) -> Command:
         """Tell the stack of a period, and have its command."""
         transport = self._transport
         if transport is None:
             raise WireError(f"{self.name} has failed before, and is begun anew by reset()")
-        try:
+        with self._or_close():
             return self._step(transport, observation)
-        except WireError as error:
-            self.close()
-            raise WireError(f"{self.name} {error}") from None
-        except BaseException:
-            self.close()
-            raise
 
     def close(self) -> None:
         """Leave its goal and the stack."""
@@ -102,6 +102,18 @@ class RosNavigator:
         if transport is not None:
             transport.cancel()
             transport.close()
+
+    @contextmanager
+    def _or_close(self) -> Iterator[None]:
+        """Leave the stack where something goes wrong, in words that begin with our name."""
+        try:
+            yield
+        except WireError as error:
+            self.close()
+            raise WireError(f"{self.name} {error}") from None
+        except BaseException:
+            self.close()
+            raise
 
     def _step(self, transport: Transport, observation: Observation) -> Command:
         if observation.goal is not self._goal:
@@ -133,19 +145,23 @@ class RosNavigator:
         while missing := transport.missing():
             if time.monotonic() > until:
                 raise WireError(f"has no {missing} within {self._pace.patience:g} s")
-            self._stand(transport, observation)
+            self._stand(transport, observation, lambda: transport.missing() == missing)
+        self._tell(transport, observation)  # where the robot is, before it is sent on
         transport.pursue(goal.pose)
-        until, again = time.monotonic() + self._pace.patience, time.monotonic() + _AGAIN
-        began = time.monotonic()
+        began, pause = time.monotonic(), _AGAIN
+        again = began + pause
         while (state := transport.goal()) in (GoalState.SENT, GoalState.REJECTED):
             place = ", ".join(f"{value:.3g}" for value in goal.pose)
             said = "rejects" if state is GoalState.REJECTED else "does not answer"
             if time.monotonic() > until:
-                raise WireError(f"{said} the goal ({place}) for {self._pace.patience:g} s")
-            if time.monotonic() > again:  # it may have gone to a stack that ended a moment ago
+                raise WireError(f"{said} the goal ({place}), for which it had {time.monotonic() - began:.2g} s")
+            if (
+                time.monotonic() > again
+            ):  # it may have gone to a stack that ended a moment ago, or to one that thinks longer
                 transport.pursue(goal.pose)
-                again = time.monotonic() + _AGAIN
-            self._stand(transport, observation)
+                pause *= 2.0
+                again = time.monotonic() + pause
+            self._stand(transport, observation, lambda: transport.goal() is state)
         transport.twists()  # what it said before is for another goal
         if self._begun is not None:
             self._begun += time.monotonic() - began
@@ -166,11 +182,14 @@ class RosNavigator:
         if time.monotonic() - self._silent_since > self._pace.patience:
             raise WireError(f"has said nothing on /cmd_vel for {self._pace.patience:g} s of wall clock")
 
-    def _stand(self, transport: Transport, observation: Observation) -> None:
-        """A period in which the trial's clock stands."""
+    def _stand(self, transport: Transport, observation: Observation, still: Callable[[], bool]) -> None:
+        """A period of wall clock in which the trial's clock stands; it is over sooner where it is not `still` as it was."""
         self._tell(transport, observation)
         self._epoch += _ns(self._period)
-        transport.wait(self._period)
+        until = time.monotonic() + self._period
+        while still() and (left := until - time.monotonic()) > 0.0:
+            transport.twists()  # for no goal of ours; unread, they would end each wait at once
+            transport.wait(left)
 
     def _tell(self, transport: Transport, o: Observation) -> int:
         if (ahead := RosNavigator._latest - self._epoch - _ns(o.t)) > 0:  # a first sensing is older than the trial

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from clearway.errors import ClearwayError
 from clearway.live.addresses import is_here
 from clearway.live.line import WireError
-from clearway.live.ros.address import check_flags, pace
+from clearway.live.ros.address import check_flags, check_namespace, pace
 from clearway.live.ros.navigator import RosNavigator
 from clearway.live.ros1.transport import Tcp
 
 MASTER = "http://127.0.0.1:11311"
 """Where `roscore` listens."""
-_NAMESPACE = re.compile(r"/?([A-Za-z]\w*(/[A-Za-z]\w*)*/?)?", re.ASCII)
 
 
 def stack(master: str) -> Ros1:
@@ -73,8 +71,7 @@ class Ros1:
         name, master = f"navigator 'ros1:{self.master}'", self.master or MASTER
         goes = pace(name, lockstep, deadline, watchdog, patience, fastest)
         check_flags(name, {"localised": localised})
-        if not isinstance(namespace, str) or not _NAMESPACE.fullmatch(namespace):
-            raise ClearwayError(f"{name}: namespace = {namespace!r} is none; robot1 is one")
+        check_namespace(name, namespace)
         if not isinstance(host, str) or not host:
             raise ClearwayError(f"{name}: host = {host!r} is no address of this machine; 127.0.0.1 is")
         if is_here(host) and not is_here(urlsplit(master).hostname or ""):
@@ -83,6 +80,6 @@ class Ros1:
                 "machine's, allows that"
             )
         try:
-            return RosNavigator(name, lambda: Tcp(master, host, namespace), goes, localised)
+            return RosNavigator(name, lambda: Tcp(master, host, namespace), goes, localised, f"the ROS master {master}")
         except WireError as error:
             raise ClearwayError(f"{name} {error}") from error

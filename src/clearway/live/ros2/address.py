@@ -8,13 +8,18 @@ from functools import partial
 
 from clearway.errors import ClearwayError
 from clearway.live.line import WireError
-from clearway.live.ros.address import check_flags, pace
+from clearway.live.ros.address import check_flags, check_namespace, pace
 from clearway.live.ros.navigator import RosNavigator
 from clearway.live.ros2.node import Node
 
 
 def stack(namespace: str) -> Ros2:
-    """Who makes a navigator of the ROS 2 stack in a namespace; empty: that without one."""
+    """Who makes a navigator of the ROS 2 stack in a namespace; empty: that without one.
+
+    Raises:
+        ClearwayError: it is no namespace.
+    """
+    check_namespace(f"navigator 'ros2:{namespace}'", namespace)
     return Ros2(namespace)
 
 
@@ -70,6 +75,7 @@ class Ros2:
                 raise ClearwayError(f"{name}: {option} is an option of rmw = {of}, and {rmw} is spoken")
         goes = pace(name, lockstep, deadline, watchdog, patience, fastest)
         check_flags(name, {"stamped": stamped, "localised": localised})
+        alone = f"ROS 2's domain {domain}" + (f" at the router {router}" if router else "")
         try:
             from clearway.live.ros2.transport import Ros2Transport
 
@@ -78,7 +84,7 @@ class Ros2:
             extra = "zenoh" if rmw == "zenoh" else "ros2"
             raise ClearwayError(f"{name} takes the package {error.name}: pip install 'clearway[{extra}]'") from error
         try:
-            return RosNavigator(name, lambda: Ros2Transport(node(), stamped), goes, localised)
+            return RosNavigator(name, lambda: Ros2Transport(node(), stamped), goes, localised, alone)
         except WireError as error:
             raise ClearwayError(f"{name} {error}") from error
 
