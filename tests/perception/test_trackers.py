@@ -316,6 +316,37 @@ def test_who_stands_on_two_legs_may_walk_and_a_post_does_not() -> None:
             assert np.hypot(*out.velocity[i]) <= out.velocity_error[i]
 
 
+@pytest.mark.parametrize("velocity", [(-1.2, 0.0), (0.2, -1.0)])
+def test_who_walks_is_where_their_legs_swing_about(velocity: tuple[float, float]) -> None:
+    """Told where they are within the bound, though the two legs are now two clusters, now one, and now one hides the other."""
+    robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0], "height": 0.2})
+    assert robot.lidar is not None
+    tracker, rng, mount = fresh("kalman", robot), np.random.default_rng(0), np.array([0.1, 0.0, 0.0])
+    rays = beams(robot.lidar.beams, robot.lidar.angle_min, robot.lidar.angle_max, 0.05, 25.0)
+    v = np.array(velocity)
+    ahead, beside = v / np.hypot(*v), np.array([-v[1], v[0]]) / np.hypot(*v)
+    off, wrong, within = [], [], []
+    for k in range(22):
+        middle = np.array([3.4, 0.2]) - (0.0, 2.0 * v[1] * (v[0] > 0.0)) + 0.1 * k * v
+        swing = 0.17 * (2.0 * abs(2.0 * (0.091 * k % 1.0) - 1.0) - 1.0)
+        feet = [middle + side * (0.085 * beside + swing * ahead) for side in (1.0, -1.0)]
+        there = scene([Circle(0.06)] * 2, np.array([(*foot, 0.0) for foot in feet]))
+        ranges = sweep(there, rays, mount) + robot.lidar.sigma * rng.standard_normal(robot.lidar.beams)
+        out = tracker.update(
+            sensing(0.1 * k, scan=Scan(ranges, rays.angle_min, rays.increment, 0.05, 25.0, mount)), np.zeros(3)
+        )
+        if k < 8:
+            continue
+        (i,) = np.flatnonzero(out.moving)
+        off.append(np.hypot(*(out.position[i] - middle)))
+        within.append(off[-1] <= out.error[i])
+        wrong.append(np.hypot(*(out.velocity[i] - v)) <= out.velocity_error[i])
+        assert 0.25 <= out.radius[i] < 0.3
+    assert np.mean(within) > 0.85
+    assert np.mean(wrong) > 0.9
+    assert np.mean(off) < 0.06
+
+
 def test_without_memory_a_body_has_the_finite_difference() -> None:
     robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
     tracker, v = fresh("difference", robot), np.array([-0.6, 0.2])

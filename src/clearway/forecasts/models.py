@@ -126,6 +126,10 @@ def models(p: ForecastParameters, step: float, count: int) -> Models:
     prior, after = (
         np.concatenate([a, np.full(len(turn), (1.0 - a.sum()) / len(turn))]) for a in (AT_FIRST, AFTER_CHANGE)
     )
+    prior *= (1.0 - p.oscillation) / (1.0 - AT_FIRST[OSCILLATION])
+    prior[OSCILLATION] = p.oscillation
+    if p.oscillation == 0.0:
+        after[OSCILLATION] = 0.0
     if p.constant_velocity_only:
         prior = after = np.zeros(FAMILIES + len(turn))
         prior[[STEADY, FREE]] = 0.5

@@ -40,6 +40,7 @@ class ForecastParameters(BaseModel):
     usual_speed: Positive = Field(
         default=1.5, description="standard deviation of a component of velocity at first, m/s"
     )
+    oscillation: float = Field(default=0.38, ge=0, lt=1, description="probability at first that one oscillates")
     usual_reach: Positive = Field(default=4.0, description="the same of the way to the point of an oscillation, m")
     softest: Positive = Field(default=0.012, description="least stiffness of an oscillation, 1/s^2")
     stiffest: Positive = Field(default=0.7, description="largest stiffness of an oscillation, 1/s^2")

@@ -15,7 +15,7 @@ from clearway.geometry.compiled import kernel, uncompiled
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.candidates import EXACT, Candidates, found_in, rounded, sizes_of
-from clearway.perception.clusters import ClusterParameters, IntArray, Returns
+from clearway.perception.clusters import PERSON, ClusterParameters, IntArray, Returns
 from clearway.perception.covering import cores
 from clearway.perception.seen_through import share_seen_through
 from clearway.perception.structure import unseen
@@ -37,6 +37,12 @@ LATCH = 1.0
 SURE, SLOW = 4.0, 0.05
 """A round body moves at the first sign of it, if its speed is beyond so many standard deviations and so many m/s, by which
 odometry may err. By that alone posts that stand side by side moved, as now one is in view and now the next."""
+WALKING = 2.0
+"""m/s^2: somebody on two legs changes velocity by no more: from a stroll to a stand in half a second."""
+GAIT = 0.03
+"""m: standard deviation of the middle between two legs about the body's, along either axis: who walks swings them."""
+SLIM = 1.05
+"""Times a person's radius: what a lidar that sees legs sees move, no wider than that, is taken for somebody on two; a robot's front is wider."""
 PART = 5.0
 """A body that is cut by the edge of the view or by something nearer goes on counting as moving for so long after it last showed
 that it does, s; then it has to show it again, else one who once was taken for moving and is seen in part would for ever."""
@@ -139,6 +145,7 @@ class _Filters(NamedTuple):
     signs: IntArray  # (n,) periods in a row with signs of motion
     disc: FloatArray  # (n,) radius of one that is round, m
     doubt: FloatArray  # (n,) variance of that, m^2; inf: it isn't, or nobody knows
+    walker: npt.NDArray[np.bool_]  # (n,) whether it is taken for somebody on two legs
 
 
 @kernel
@@ -146,12 +153,13 @@ def _no_filters(n: int) -> _Filters:
     """So many, of which nothing is known."""
     return _Filters(
         np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n),
-        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64), np.zeros(n), np.full(n, math.inf),
+        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64), np.zeros(n), np.full(n, math.inf), np.zeros(n, dtype=np.bool_),
     )  # fmt: skip
 
 
 class _Assumed(NamedTuple):
     spread: float  # standard deviation of an acceleration, m/s^2
+    walking: float  # the same of somebody on two legs
     speed: float  # bound, m/s
     least_radius: float  # of a round body, m
     body_radius: float  # of the largest body, m
@@ -176,7 +184,7 @@ class BodyFollower:
         self._margin = MARGIN + kalman.SIGMAS * math.sqrt(2.0) * self._sigma
         self._hidden = self._margin + SHARE * 2.0 * parameters.body_radius  # so far one may have gone without a sign
         self._assumed = _Assumed(
-            kalman.SPREAD * acceleration, speed, *sizes_of(robot, parameters), parameters.range_limit,
+            kalman.SPREAD * acceleration, kalman.SPREAD * WALKING, speed, *sizes_of(robot, parameters), parameters.range_limit,
             max(memory, aside), coast, aside,
         )  # fmt: skip
         self._odometry = robot.odometry
@@ -242,11 +250,11 @@ def _associate(
     Returns:
         The filters now; which belongs to each candidate; the identity of each return's body (m,), -1: none; `unused` now.
     """
-    ids, state, spread, radius, largest, seen, moved, shown, signs, disc, doubt = before
+    ids, state, spread, radius, largest, seen, moved, shown, signs, disc, doubt, walker = before
     label, clusters = returns.label, returns.size.shape[0]
     circle, variance = found.circle, found.variance
     n, m = ids.shape[0], variance.shape[0]
-    kalman.predict(state, spread, dt, p.spread)
+    kalman.predict(state, spread, dt, np.where(walker, p.walking, p.spread))
     reach = np.minimum(kalman.SIGMAS * np.sqrt(spread[:, 0]) + 0.5 * radius, p.body_radius)
     at = kalman.nearest_pairs(state, reach, circle, kalman.SIGMAS * np.sqrt(variance) + 0.5 * circle[:, 2])
     of_radius = rounded(found, returns, at, disc, doubt, (p.least_radius, p.body_radius), sigma)
@@ -268,6 +276,13 @@ def _associate(
                 state[i, 0], state[i, 1], spread[i, 0], spread[i, 1] = x, y, variance[j], 0.0
             disc[i] = radius[i] = largest[i] = r
             doubt[i] = of_radius[j]
+        elif found.legs[j] or walker[i]:
+            walker[i], radius[i] = True, max(PERSON, r)
+            largest[i] = 0.0 if found.legs[j] else largest[i]
+            other = (
+                0.0 if found.legs[j] else abs(PERSON - r)
+            )  # one leg, both as one cluster, or with what is beside them
+            kalman.correct(state, spread, i, x, y, variance[j] + GAIT * GAIT + 0.25 * other * other)
         elif found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
             radius[i] = max(radius[i], r)
             hidden = radius[i] - r
@@ -293,7 +308,7 @@ def _associate(
         new.ids[k], new.state[k], new.spread[k] = ids[i], state[i], spread[i]
         new.radius[k], new.largest[k], new.seen[k] = radius[i], largest[i], seen[i]
         new.moved[k], new.shown[k], new.signs[k] = moved[i], shown[i], signs[i]
-        new.disc[k], new.doubt[k] = disc[i], doubt[i]
+        new.disc[k], new.doubt[k], new.walker[k] = disc[i], doubt[i], walker[i]
     body, k = np.full(clusters, -1, dtype=np.int64), kept
     for j in range(m):
         if at[j] >= 0:
@@ -301,7 +316,7 @@ def _associate(
         else:
             kalman.begin(new.state, new.spread, k, circle[j, 0], circle[j, 1], variance[j], p.speed)
             new.ids[k], new.radius[k], new.seen[k] = unused + k - kept, circle[j, 2], t
-            new.disc[k], new.doubt[k] = circle[j, 2], of_radius[j]
+            new.disc[k], new.doubt[k], new.walker[k] = circle[j, 2], of_radius[j], found.legs[j]
             at[j] = k
             k += 1
         body[found.rows[j]] = new.ids[at[j]]
@@ -345,6 +360,9 @@ def _tell(
         filters.signs[i] = filters.signs[i] + 1 if sign[i] else 0
         if filters.signs[i] >= PERSISTENCE:
             filters.moved[i] = filters.shown[i] = t
+            # what moves where legs are seen, and is no wider than two are, is mostly somebody
+            slim = max(filters.radius[i], filters.largest[i]) <= SLIM * p.least_radius
+            filters.walker[i] |= slim and filters.doubt[i] == math.inf
     for j in range(at.shape[0]):
         i = at[j]
         speed, sure = math.hypot(state[i, 2], state[i, 3]), SURE * math.sqrt(filters.spread[i, 2]) + SLOW
@@ -364,6 +382,8 @@ def _tell(
         else:
             still[m] = j
             m += 1
+        if filters.walker[i]:
+            continue
         if found.cut[j]:
             apart = math.hypot(x[i, 0] - found.circle[j, 0], x[i, 1] - found.circle[j, 1])
             radius[i] = max(radius[i], apart + r)
@@ -381,7 +401,7 @@ def _tell(
         rx, ry, vx, vy = state[i, 0] - sensor[0], state[i, 1] - sensor[1], state[i, 2] - way[0], state[i, 3] - way[1]
         # another side of it comes into view, at so many rad/s: its circle shifts on it by as many radii
         turning = abs(rx * vy - ry * vx) / max(rx * rx + ry * ry, 1e-2)
-        side = 0.0 if filters.doubt[i] < math.inf else filters.radius[i]
+        side = 0.0 if filters.doubt[i] < math.inf or filters.walker[i] else filters.radius[i]
         v_error[k] = kalman.SIGMAS * math.sqrt(filters.spread[i, 2]) + side * turning
     inside = cores(returns.points, returns.label, returns.circles, sensor, found.rows[still])
     return Bodies(

@@ -27,15 +27,15 @@ the other side at each step, for ever, once somebody's has changed at once."""
 
 
 @kernel
-def predict(state: FloatArray, spread: FloatArray, dt: float, q: float) -> None:
-    """Move filters `state` (n, 4), `spread` (n, 3) on by `dt` [s]; `q`: standard deviation of acceleration, m/s^2."""
+def predict(state: FloatArray, spread: FloatArray, dt: float, q: FloatArray) -> None:
+    """Move filters `state` (n, 4), `spread` (n, 3) on by `dt` [s]; `q` (n,): standard deviation of acceleration, m/s^2."""
     for i in range(state.shape[0]):
         state[i, 0] += dt * state[i, 2]
         state[i, 1] += dt * state[i, 3]
         pp, pv, vv = spread[i, 0], spread[i, 1], spread[i, 2]
-        spread[i, 0] = pp + dt * (2.0 * pv + dt * vv) + 0.25 * (q * dt * dt) ** 2
-        spread[i, 1] = pv + dt * vv + 0.5 * q * q * dt**3
-        spread[i, 2] = vv + (q * dt) ** 2
+        spread[i, 0] = pp + dt * (2.0 * pv + dt * vv) + 0.25 * (q[i] * dt * dt) ** 2
+        spread[i, 1] = pv + dt * vv + 0.5 * q[i] * q[i] * dt**3
+        spread[i, 2] = vv + (q[i] * dt) ** 2
 
 
 @kernel
@@ -133,7 +133,7 @@ def advance(
     Returns:
         The filters, sorted by identity again, and which of them belongs to each measurement (m,).
     """
-    predict(state, spread, dt, q)
+    predict(state, spread, dt, np.full(state.shape[0], q))
     place = find(ids, identity)
     kept, fresh = 0, 0
     hit = np.zeros(ids.shape[0], dtype=np.uint8)

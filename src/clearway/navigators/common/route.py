@@ -18,6 +18,9 @@ from clearway.robots import DriveLimits
 REPLAN = 1.0
 """How long a way holds, s: by then something else may be known to stand in it."""
 
+DEVIATIONS = 3.0
+"""Of a place, that its bound is: discs grown by all of them leave no velocity free among people at arm's length."""
+
 _AROUND, _CELL = 4.0, 0.1  # without a map: free cells, so far around start and goal, m
 
 
@@ -25,7 +28,7 @@ class Seen(NamedTuple):
     """Perceived obstacles, less what is not finite and what the map shows anyway.
 
     Attributes:
-        discs: (n, 5) x, y [m], vx, vy [m/s], radius with its error [m].
+        discs: (n, 5) x, y [m], vx, vy [m/s], radius with a standard deviation of its place [m].
         moving: (n,) bool.
     """
 
@@ -45,7 +48,7 @@ def seen(obstacles: Obstacles | None, mapped: bool) -> Seen:
         (
             obstacles.position,
             np.nan_to_num(obstacles.velocity, nan=0.0, posinf=0.0, neginf=0.0),
-            obstacles.radius + np.nan_to_num(obstacles.error, nan=0.0, posinf=0.0),
+            obstacles.radius + np.nan_to_num(obstacles.error, nan=0.0, posinf=0.0) / DEVIATIONS,
         )
     )
     good = np.isfinite(discs).all(1) & (discs[:, 4] >= 0.0)

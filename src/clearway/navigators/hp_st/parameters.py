@@ -72,6 +72,9 @@ class Parameters(RobotTable):
     avoidance: Rules = Field(
         description="by which rules obstacles may avoid each other, of orca and social-force; true: by orca"
     )
+    oscillation: NonNegative = Field(
+        lt=1, description="probability at first that an obstacle oscillates about a point, as those of paper B"
+    )
     memory: NonNegative = Field(description="an obstacle out of view for longer is forgotten, s")
     disturbance_position: NonNegative = Field(description="assumed bound of the displacement in a period, m")
     disturbance_heading: NonNegative = Field(description="the same of the heading, rad")
