@@ -277,12 +277,12 @@ def _associate(
             disc[i] = radius[i] = largest[i] = r
             doubt[i] = of_radius[j]
         elif found.legs[j] or walker[i]:
-            walker[i], radius[i] = True, max(PERSON, r)
-            largest[i] = 0.0 if found.legs[j] else largest[i]
-            other = (
-                0.0 if found.legs[j] else abs(PERSON - r)
-            )  # one leg, both as one cluster, or with what is beside them
-            kalman.correct(state, spread, i, x, y, variance[j] + GAIT * GAIT + 0.25 * other * other)
+            walker[i], radius[i], missing = True, max(PERSON, r), 0.0
+            if found.legs[j]:
+                largest[i] = 0.0
+            else:  # one leg, both as one cluster, or with what is beside them
+                missing = abs(PERSON - r)
+            kalman.correct(state, spread, i, x, y, variance[j] + GAIT * GAIT + 0.25 * missing * missing)
         elif found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
             radius[i] = max(radius[i], r)
             hidden = radius[i] - r
