@@ -144,10 +144,11 @@ def _live(
     inside = ",".join(
         f"{name}={str(value).lower() if isinstance(value, bool) else value}" for name, value in options.items()
     )
+    slowest = float(options["patience"]) + float(options["deadline"])
     began = time.monotonic()
     results = run(
         suite, robots=[robot], navigators=[f"{address}[{inside}]"], scenarios=scenarios, batches=batches,
-        repetitions=repetitions, decision_limit=max(10.0, 2.0 + float(options["patience"]) + float(options["deadline"])), workers=1, out=out,
+        repetitions=repetitions, decision_limit=max(10.0, slowest + 2.0), workers=1, out=out,
         progress=progress,
     )  # fmt: skip
     took = time.monotonic() - began

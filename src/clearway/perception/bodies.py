@@ -37,12 +37,11 @@ LATCH = 1.0
 SURE, SLOW = 4.0, 0.05
 """A round body moves at the first sign of it, if its speed is beyond so many standard deviations and so many m/s, by which
 odometry may err. By that alone posts that stand side by side moved, as now one is in view and now the next."""
-WALKING = 2.0
-"""m/s^2: somebody on two legs changes velocity by no more: from a stroll to a stand in half a second."""
 GAIT = 0.03
 """m: standard deviation of the middle between two legs about the body's, along either axis: who walks swings them."""
 SLIM = 1.05
-"""Times a person's radius: what a lidar that sees legs sees move, no wider than that, is taken for somebody on two; a robot's front is wider."""
+"""Times a person's radius: what a lidar that sees legs sees move, no wider than that, is taken for somebody on two; a robot's
+front is wider."""
 PART = 5.0
 """A body that is cut by the edge of the view or by something nearer goes on counting as moving for so long after it last showed
 that it does, s; then it has to show it again, else one who once was taken for moving and is seen in part would for ever."""
@@ -153,7 +152,8 @@ def _no_filters(n: int) -> _Filters:
     """So many, of which nothing is known."""
     return _Filters(
         np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n),
-        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64), np.zeros(n), np.full(n, math.inf), np.zeros(n, dtype=np.bool_),
+        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64), np.zeros(n), np.full(n, math.inf),
+        np.zeros(n, dtype=np.bool_),
     )  # fmt: skip
 
 
@@ -176,7 +176,7 @@ class BodyFollower:
     """
 
     def __init__(
-        self, robot: Robot, parameters: ClusterParameters, speed: float, acceleration: float,
+        self, robot: Robot, parameters: ClusterParameters, speed: float, acceleration: float, walking: float,
         memory: float, coast: float, aside: float, watch: float,
     ) -> None:  # fmt: skip
         assert robot.lidar is not None
@@ -184,7 +184,7 @@ class BodyFollower:
         self._margin = MARGIN + kalman.SIGMAS * math.sqrt(2.0) * self._sigma
         self._hidden = self._margin + SHARE * 2.0 * parameters.body_radius  # so far one may have gone without a sign
         self._assumed = _Assumed(
-            kalman.SPREAD * acceleration, kalman.SPREAD * WALKING, speed, *sizes_of(robot, parameters), parameters.range_limit,
+            kalman.SPREAD * acceleration, kalman.SPREAD * walking, speed, *sizes_of(robot, parameters), parameters.range_limit,
             max(memory, aside), coast, aside,
         )  # fmt: skip
         self._odometry = robot.odometry

@@ -44,6 +44,8 @@ class TrackerParameters(BaseModel):
 
     acceleration: Positive = Field(default=1.0, description="bound along an axis, m/s^2: paper B's obstacles keep below"
                                    " alpha |x_0 - x_att| < 1 but for their initial speed (eqs. 6-7); TIAGo's limit")  # fmt: skip
+    walking: Positive = Field(default=2.0, description="the same of somebody whose legs a lidar sees, m/s^2: from a stroll to a"
+                              " stand in half a second")  # fmt: skip
     speed: Positive = Field(default=3.0, description="bound, m/s: nine in ten of paper B's obstacles stay below 2.6")
     memory: Positive = Field(default=1.0, description="out of view for longer, an obstacle is forgotten, s")
     coast: float = Field(default=0.5, ge=0, description="out of view for so long, a moving body is still told of, s")
@@ -223,7 +225,9 @@ def _kalman(robot: Robot, p: TrackerParameters) -> Tracker:
     return LidarTracker(
         robot,
         p,
-        lambda: BodyFollower(robot, p.clusters, p.speed, p.acceleration, p.memory, p.coast, p.aside, p.watch),
+        lambda: BodyFollower(
+            robot, p.clusters, p.speed, p.acceleration, p.walking, p.memory, p.coast, p.aside, p.watch
+        ),
         p.structure_memory,
     )
 

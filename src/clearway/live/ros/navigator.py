@@ -155,9 +155,7 @@ class RosNavigator:
             said = "rejects" if state is GoalState.REJECTED else "does not answer"
             if time.monotonic() > until:
                 raise WireError(f"{said} the goal ({place}), for which it had {time.monotonic() - began:.2g} s")
-            if (
-                time.monotonic() > again
-            ):  # it may have gone to a stack that ended a moment ago, or to one that thinks longer
+            if time.monotonic() > again:  # it may have gone to a stack that ended a moment ago
                 transport.pursue(goal.pose)
                 pause *= 2.0
                 again = time.monotonic() + pause

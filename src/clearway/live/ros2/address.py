@@ -75,7 +75,7 @@ class Ros2:
                 raise ClearwayError(f"{name}: {option} is an option of rmw = {of}, and {rmw} is spoken")
         goes = pace(name, lockstep, deadline, watchdog, patience, fastest)
         check_flags(name, {"stamped": stamped, "localised": localised})
-        alone = f"ROS 2's domain {domain}" + (f" at the router {router}" if router else "")
+        alone = f"ROS 2's domain {domain} over {rmw}" + (f" at the router {router}" if router else "")
         try:
             from clearway.live.ros2.transport import Ros2Transport
 

@@ -167,7 +167,8 @@ class HpSt:
         self._looks = SightMonitor(sight, p.unseen_speed, start, p.memory, robot.camera is None)
         known = ForecastParameters(
             speed=p.obstacle_speed, acceleration=p.obstacle_acceleration, memory=p.memory,
-            constant_velocity_only="forecast" in self._without, velocities=robot.camera is None, avoidance=p.avoidance, oscillation=p.oscillation,
+            constant_velocity_only="forecast" in self._without, velocities=robot.camera is None, avoidance=p.avoidance,
+            oscillation=p.oscillation,
         )  # fmt: skip
         periods, late = self._settings.periods, self._ahead.time
         self._forecaster = self._make_forecaster(task, known, periods + math.ceil(late / task.period - 1e-9))
