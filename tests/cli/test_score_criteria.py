@@ -29,7 +29,9 @@ def test_recordings_are_judged_trial_by_trial(clearway: Shell, criteria: Path, t
     assert "GO ON  go on, about " in said.out
     assert "2 of the first 2 trials conform" in said.out
     assert "failed: trial 3\n          not to be judged yet: trial 2\n" in said.out
-    assert "to be confirmed by a person: trial 2" in said.out
+    assert "to be confirmed by a person: trial 2 (no. 3 of the test plan)\n" in said.out
+    assert "\nto confirm  trial 2, no. 3 of the test plan: possible contact at " in said.out
+    assert "\nnear its tolerance  trial 1, no. 2 of the test plan: DE of leg back" in said.out
     page = (tmp_path / "lab" / "report" / "index.html").read_text(encoding="utf-8")
     assert page.index('id="acceptance"') < page.index('<ul class="said">')
     results = package.open_results(tmp_path / "lab")

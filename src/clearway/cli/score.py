@@ -71,15 +71,16 @@ def score(
     typer.echo(headline(results.trials))
     if verdict is not None:
         typer.echo(text(verdict))
+    named = [f"trial {i}, no. {number} of the test plan" for i, number in enumerate(results.campaign["numbers"])]
     for number, what in confirm:
-        typer.echo(f"to confirm  trial {number}: {what}")
+        typer.echo(f"to confirm  {named[number]}: {what}")
     for number, near in enumerate(results.trials["near_tolerance"].to_pylist()):
         if near:
-            typer.echo(f"near its tolerance  trial {number}: {near}")
+            typer.echo(f"near its tolerance  {named[number]}: {near}")
     for note in reader_notes(Findings(results)):
         typer.echo(f"read  {note}")
     for number, row in enumerate(results.trials.to_pylist()):
         if known := [f"{name} {found}" for name in BOUNDED if (found := between(row, name))]:
-            typer.echo(f"within bounds  trial {number}: {', '.join(known)}")
+            typer.echo(f"within bounds  {named[number]}: {', '.join(known)}")
     typer.echo(f"results: {results.path}" if page is None else f"report: {page}")
     raise typer.Exit(spoilt)

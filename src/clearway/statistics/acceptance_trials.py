@@ -169,28 +169,31 @@ def notes(rows: Sequence[Row], tables: Sequence[pa.Table], criteria: Criteria) -
                 "the recorded trials were not driven in a drawn order but test by test: a verdict before the last of them leans on the "
                 "tests that came first"
             )
-    confirm = [r["trial"] for r in rows if r.get("to_confirm")]
-    if confirm:
-        found.append(f"to be confirmed by a person: trial{'s' if len(confirm) > 1 else ''} {_listed(confirm)}")
+    if confirm := [r for r in rows if r.get("to_confirm")]:
+        found.append(f"to be confirmed by a person: {_named(confirm)}")
     asked = any(one.indicator in OF_A_CONTACT for one in criteria.criterion)
     of_lab = [r for r in rows if asked and r.get("source") == "recorded" and not useless(r)]
-    if untold := [r["trial"] for r in of_lab if r.get("contacts") is None]:
+    if untold := [r for r in of_lab if r.get("contacts") is None]:
         found.append(
-            f"nobody knows whether it touched something: trial{'s' if len(untold) > 1 else ''} {_listed(untold)}; `contact = true` or `false`"
-            " in the test plan tells"
+            f"nobody knows whether it touched something: {_named(untold)}; `contact = true` or `false` in the test plan tells"
         )
-    if unusable := [r["trial"] for r in rows if useless(r)]:
-        found.append(f"to be recorded again: trial{'s' if len(unusable) > 1 else ''} {_listed(unusable)}")
-    if broken := [r["trial"] for r in rows if r.get("outcome") == Outcome.SCENARIO_FAILED]:
-        found.append(
-            f"to be run again, as a behaviour of the scenario's people failed: trial{'s' if len(broken) > 1 else ''} {_listed(broken)}"
-        )
+    if unusable := [r for r in rows if useless(r)]:
+        found.append(f"to be recorded again: {_named(unusable)}")
+    if broken := [r for r in rows if r.get("outcome") == Outcome.SCENARIO_FAILED]:
+        found.append(f"to be run again, as a behaviour of the scenario's people failed: {_named(broken)}")
     return found
 
 
 def useless(row: Mapping[str, Any]) -> bool:
     """Whether its recording can't be used."""
     return UNUSABLE in str(row.get("reason") or "")
+
+
+def _named(rows: Sequence[Row]) -> str:
+    """Trials by their numbers in the results, and by those in the test plan, where a person looks them up; from 0 and from 1."""
+    said = f"trial{'s' if len(rows) > 1 else ''} {_listed([r['trial'] for r in rows])}"
+    planned = [r[NUMBER] for r in rows if NUMBER in r]
+    return f"{said} (no. {_listed(planned)} of the test plan)" if planned else said
 
 
 def _listed(numbers: Sequence[int], most: int = 12) -> str:
