@@ -317,6 +317,29 @@ def test_a_recording_that_cannot_be_right_is_to_be_looked_at():
     assert score_row(replace(hasty, attempt=replace(hasty.attempt, source="simulated")))["to_confirm"] == ""
 
 
+def test_a_recording_that_begins_elsewhere_is_to_be_looked_at():
+    """Put down elsewhere, tied wrongly, markers turned on it: none of them is a failure of the robot's."""
+    right = recorded(shuttle())
+    said = "begins leg forth 0.50 m and 0° from where its start is said to be"
+    assert said in score_row(replace(right, pose=right.pose + np.array([0.5, 0.0, 0.0])))["to_confirm"]
+    assert score_row(replace(right, pose=right.pose + np.array([0.2, 0.0, 0.3])))["to_confirm"] == "", (
+        "people aren't exact"
+    )
+    turned = replace(right, pose=right.pose + np.array([0.0, 0.0, math.pi]))
+    assert "begins leg forth 0.00 m and 180° from" in score_row(turned)["to_confirm"]
+    unknown = replace(right.attempt.legs[0], start=np.full(3, np.nan))
+    legs = (unknown, *right.attempt.legs[1:])
+    assert score_row(replace(turned, attempt=replace(turned.attempt, legs=legs)))["to_confirm"] == ""
+    lead = replace(right, t=np.append(right.t[0], right.t + 9.0), pose=np.vstack([right.pose[:1] - [4.0, 0, 0], right.pose]),
+        velocity=np.vstack([right.velocity[:1], right.velocity]), leg=np.append(right.leg[0], right.leg),
+        sigma=np.vstack([right.sigma[:1], right.sigma]), moving_obstacles=np.zeros((len(right.t) + 1, 0, 3)),
+        estimate=None, command=None, spans=tuple(replace(s, start=s.start + 9.0, end=s.end + 9.0) for s in right.spans),
+    )  # fmt: skip
+    assert score_row(lead)["to_confirm"] == "", "it was brought to its start, and arrived"
+    failed = replace(lead, outcome=Outcome.ABORTED, spans=lead.spans[:1])
+    assert "drove 4.0 m before leg forth, which begins at 9.0 s" in score_row(failed)["to_confirm"]
+
+
 def near_box(*events):
     """Passes 6 mm from a box on the way forth, at 5.5 s."""
     return recorded(replace(shuttle(bodies=[box(2.5, 0.426), box(2.5, 3.0, kind="wall")]), events=events))
