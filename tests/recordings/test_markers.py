@@ -5,6 +5,7 @@ import pytest
 from marker_scenes import EIGHT, FOUR, capture, circle, eight, path_length, straight, swap
 
 from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
 from clearway.recordings.motion import base, rigid
 from clearway.recordings.motion.markers import MarkerSet, learnt, motion_of_markers, resolve
 from clearway.recordings.motion.motion import MotionSpec
@@ -172,6 +173,21 @@ def test_markers_that_are_no_body() -> None:
         motion_of_markers(points, MarkerSet(NAMES), SPEC, None)
     with pytest.raises(ClearwayError, match="don't fit what was seen"):
         motion_of_markers(points, MarkerSet(NAMES, EIGHT), SPEC, None)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (1000.0 * EIGHT, "divided by 1000 they fit: are the coordinates or the recording in another unit"),
+        (0.1 * EIGHT, "divided by 0.1 they fit"),
+        (EIGHT * np.array([1.0, -1.0, 1.0]), "mirrored they fit: is the sign"),
+        (np.roll(EIGHT, 1, axis=0), "would be right$"),
+    ],
+)
+def test_the_usual_mistakes_in_coordinates_are_told(wrong: FloatArray, said: str) -> None:
+    points = capture(*circle(300), rng=np.random.default_rng(8))
+    with pytest.raises(ClearwayError, match=said):
+        motion_of_markers(points, MarkerSet(NAMES, wrong), SPEC, None)
 
 
 def test_the_wrong_coordinates_name_the_worst_marker() -> None:

@@ -277,13 +277,30 @@ def _refined(
         worst = int(off.argmax())
         raise ClearwayError(
             f"the coordinates of the markers don't fit what was seen: {residual * 1e3:.0f} mm off (rms), most of all"
-            f" {names[worst]!r} with {off[worst] * 1e3:.0f} mm; at most {2e3 * cleaning.residual:.0f} mm would be right",
+            f" {names[worst]!r} with {off[worst] * 1e3:.0f} mm; at most {2e3 * cleaning.residual:.0f} mm would be right"
+            f"{_why_not(better[often], model[often], 2 * cleaning.residual)}",
             file=file,
             field=field,
         )
     own = np.where(often[:, None], (better - back.translation[0]) @ back.rotation[0], model)
     count = int(often.sum())
     return own, residual * math.sqrt(count / max(3 * count - 6, 1))
+
+
+def _why_not(seen: FloatArray, model: FloatArray, allowed: float) -> str:
+    """The mistake in a layout by which it would fit what was seen, behind a semicolon; empty where none of the usual ones explains it."""
+    sizes = [float(np.linalg.norm(points - points.mean(axis=0))) for points in (model, seen)]
+    power = 10.0 ** round(math.log10(sizes[0] / sizes[1]))
+    all_seen = np.ones((1, len(seen)), dtype=bool)
+
+    def fits(tried: FloatArray) -> bool:
+        return float(rigid.fit(seen[None], tried, all_seen).residual[0]) <= allowed
+
+    if power != 1.0 and fits(model / power):
+        return f"; divided by {power:g} they fit: are the coordinates or the recording in another unit?"
+    if fits(model * np.array([1.0, -1.0, 1.0])):
+        return "; mirrored they fit: is the sign of all x, y or z, or an axis of the recording, the other way?"
+    return ""
 
 
 def _planar(done: rigid.Fit, turn: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
