@@ -84,7 +84,7 @@ def test_a_table_that_is_missing_is_told_once_something_was_recorded(tmp_path: P
     assert problems_of(path) == []
     (tmp_path / "captures").mkdir()
     (tmp_path / "captures/1.csv").touch()
-    assert "test.ticks: no such file: 'ticks.csv'" in str(problems_of(path)[0])
+    assert "test.ticks: no such file: 'ticks.csv'; save it from the page to tick on" in str(problems_of(path)[0])
 
 
 def test_a_touch_that_was_ticked_is_a_collision(tmp_path: Path):

@@ -55,4 +55,5 @@ def _ticks_there(plan: TestPlan, folder: Path, unready: Collection[Path]) -> Non
     table = None if plan.test.ticks is None else folder / plan.test.ticks
     lacking = table is not None and not table.exists() and Path(os.path.abspath(table)) not in unready
     if lacking and any(plan.files_of(t) for t in plan.trials):
-        raise ClearwayError(f"no such file: {plan.test.ticks!r}", field="test.ticks")
+        said = "save it from the page to tick on, or take the line out if what the operators saw stands in the trials"
+        raise ClearwayError(f"no such file: {plan.test.ticks!r}; {said}", field="test.ticks")
