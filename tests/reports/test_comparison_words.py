@@ -54,6 +54,16 @@ def test_intervals_are_told_by_the_confidence_that_was_asked_for() -> None:
     assert "its 80 % interval" in comparison_page.success_table([found]).caption
 
 
+def test_a_long_title_stays_within_its_figure() -> None:
+    named = {"results/2026-11-30-tiago-ward-3": system("x", 32), "results/2026-12-01-tiago-ward-4": system("y", 32)}
+    (found,) = compare_all(named)
+    figure = comparison_page.differences(found)
+    figure.draw_without_rendering()
+    box = figure.texts[0].get_window_extent()
+    assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
+    assert figure.axes[0].get_window_extent().y1 < box.y0 < box.y1 <= figure.bbox.height
+
+
 def test_repetitions_of_a_test_are_told_where_pairs_are_counted() -> None:
     found = compare(system("x", 32, alike=2), system("y", 20, alike=2))
     said = "32 pairs are of 16 tests: repetitions of one are alike, so the intervals are rather too narrow, and p too small."

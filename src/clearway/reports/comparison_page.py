@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import textwrap
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -22,6 +23,8 @@ from clearway.statistics import FEWEST_RESAMPLED, Comparison, ConfigurationCompa
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_TITLE = 90
+"""Characters of a figure's title that fit into a line."""
 _NOT_SHOWN, _TOO_FEW = "no difference shown", "too few to show any"
 
 
@@ -184,9 +187,8 @@ def differences(pair: Found) -> Figure:
         axes.margins(x=0.15)
         axes.tick_params(labelsize=8)
     broad = "; broad: over repetitions" if any(row.get("rep_low") is not None for row in rows) else ""
-    figure.suptitle(
-        f"{pair.b} minus {pair.a}: mean of the differences, with its interval where there is one{broad}", fontsize=9
-    )
+    said = f"{pair.b} minus {pair.a}: mean of the differences, with its interval where there is one{broad}"
+    figure.suptitle(textwrap.fill(said, _TITLE), fontsize=9)
     return figure
 
 
