@@ -11,12 +11,12 @@ import pytest
 
 from clearway.contract import Command, Goal, Observation, Scan, Task
 from clearway.errors import ClearwayError
-from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.move_base import MoveBase
 from clearway.navigators.move_base.local_planners.interface import LocalResult
 from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import Robot, load_robot
+from rooms import floor
 
 PERIOD = 0.1
 
@@ -28,14 +28,6 @@ def robot(**groups: dict[str, Any]) -> Robot:
     for group, values in groups.items():
         navigators["move-base"].setdefault(group, {}).update(values)
     return base.model_copy(update={"navigators": navigators})
-
-
-def floor() -> OccupancyGrid:
-    """A room of 9 x 4 m around (2.5, 0)."""
-    data = np.zeros((80, 180), np.int8)
-    data[[0, -1]] = 100
-    data[:, [0, -1]] = 100
-    return OccupancyGrid(data, 0.05, (-2.0, -2.0))
 
 
 def observe(t: float, pose: FloatArray, goal: Goal, velocity: FloatArray | None = None) -> Observation:

@@ -13,34 +13,20 @@ from clearway.campaigns.pilot import compose
 from clearway.campaigns.plan import granted_map
 from clearway.contract import Goal, Observation, Scan, Task
 from clearway.errors import ClearwayError
-from clearway.geometry.grid import OccupancyGrid
 from clearway.navigators.nav2 import Nav2
 from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.perception import make_localiser
-from clearway.robots import load_robot
 from clearway.scenarios.suite import Selection
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Outcome
 from clearway.world import simulate
+from rooms import floor
 
 pytestmark = pytest.mark.slow  # compiles for long
 
 PURSUIT = Path(__file__).with_name("nav2_pursuit.yaml")
 PERIOD = 0.1
 ORIGIN = np.zeros(3)
-
-
-def floor():
-    """A room of 9 x 4 m around (2.5, 0)."""
-    data = np.zeros((80, 180), np.int8)
-    data[[0, -1]] = 100
-    data[:, [0, -1]] = 100
-    return OccupancyGrid(data, 0.05, (-2.0, -2.0))
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot("hosbot")
 
 
 def test_it_drives_through_a_room_to_one_goal_and_the_next(robot):

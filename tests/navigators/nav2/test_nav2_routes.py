@@ -17,8 +17,6 @@ from clearway.errors import ClearwayError
 from clearway.navigators.common.costmaps.footprint import Frame
 from clearway.navigators.nav2.behavior_tree.routes import RouteRequest
 from clearway.navigators.nav2.behavior_tree.servers import Error
-from clearway.navigators.nav2.costmaps.costmap import Costmap
-from clearway.navigators.nav2.parameters import read
 from clearway.navigators.nav2.parameters.branch import settle
 from clearway.navigators.nav2.parameters.routes import RouteServer as Parameters
 from clearway.navigators.nav2.route_server import RouteServer, read_routes
@@ -27,7 +25,6 @@ from clearway.navigators.nav2.routes.cells import Ground, along_edge, in_reach
 from clearway.navigators.nav2.routes.dense import Shape, dense
 from clearway.navigators.nav2.routes.graph import Edge, Graph, read_graph
 from clearway.navigators.nav2.routes.search import NoRoute, Pruning, Route, TookTooLong, nearest, pruned, search
-from clearway.robots import load_robot
 
 ORIGIN = np.zeros(3)
 
@@ -226,14 +223,6 @@ def test_an_edge_that_no_scorer_overrides_needs_a_cost(tmp_path):
     branch = branch_of(tmp_path, [*SQUARE[:3], edge(20, 0, 1, overridable=False)])
     with pytest.raises(ClearwayError, match=r"features.3.properties.cost: is 0, and no scorer may override it"):
         read_routes(branch, tmp_path / "nav2.yaml")
-
-
-@pytest.fixture(scope="module")
-def costmap():
-    parameters = read(Path(__file__).with_name("nav2_pursuit.yaml"), load_robot("hosbot"))
-    made = Costmap("local_costmap", parameters.local_costmap, load_robot("hosbot"), None)
-    made.update(ORIGIN, ORIGIN)
-    return made
 
 
 ROW = tuple(node(10 + k, 0.5 * k - 1.0, 0.0) for k in range(5)) + tuple(edge(k, 10 + k, 11 + k) for k in range(4))

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from clearway.contract import Scan
-from clearway.geometry.grid import OccupancyGrid
 from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest, ThroughRequest
 from clearway.navigators.nav2.behavior_tree.servers import Error, Validity
 from clearway.navigators.nav2.behaviors import BehaviorServer
@@ -23,26 +22,13 @@ from clearway.navigators.nav2.parameters.monitor import CollisionMonitorParamete
 from clearway.navigators.nav2.planner_server import PlannerServer
 from clearway.navigators.nav2.seams import ControllerFailed, GoalOccupied, NoPath, NoValidControl, Velocity
 from clearway.navigators.nav2.velocity_smoother import VelocitySmootherParameters
-from clearway.robots import load_robot
+from rooms import floor
 
 pytestmark = pytest.mark.slow  # compiles for long
 
 PURSUIT = Path(__file__).with_name("nav2_pursuit.yaml")
 PERIOD = 0.1
 ORIGIN = np.zeros(3)
-
-
-def floor():
-    """A room of 9 x 4 m around (2.5, 0)."""
-    data = np.zeros((80, 180), np.int8)
-    data[[0, -1]] = 100
-    data[:, [0, -1]] = 100
-    return OccupancyGrid(data, 0.05, (-2.0, -2.0))
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot("hosbot")
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,14 +11,11 @@ import pytest
 from clearway.errors import ClearwayError
 from clearway.navigators.nav2.behavior_tree.routes import SmoothRequest
 from clearway.navigators.nav2.behavior_tree.servers import Error
-from clearway.navigators.nav2.costmaps.costmap import Costmap
-from clearway.navigators.nav2.parameters import read
 from clearway.navigators.nav2.parameters.branch import settle
 from clearway.navigators.nav2.parameters.servers import SmootherServer as Parameters
 from clearway.navigators.nav2.seams import CostView
 from clearway.navigators.nav2.simple_smoother import SimpleSmoother, smoothed
 from clearway.navigators.nav2.smoother_server import SmootherServer
-from clearway.robots import load_robot
 
 pytestmark = pytest.mark.slow  # compiles for long
 
@@ -135,14 +131,6 @@ def test_a_corner_becomes_round_and_the_ends_stay():
     assert np.array_equal(new[[0, -1], :2], path[[0, -1], :2])
     assert new[20, 0] < 0.95
     assert np.max(np.abs(np.diff(new[:, 2]))) < 0.25
-
-
-@pytest.fixture(scope="module")
-def costmap():
-    parameters = read(Path(__file__).with_name("nav2_pursuit.yaml"), load_robot("hosbot"))
-    made = Costmap("local_costmap", parameters.local_costmap, load_robot("hosbot"), None)
-    made.update(ORIGIN, ORIGIN)
-    return made
 
 
 def made(costmap, **table):
