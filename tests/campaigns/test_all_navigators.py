@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 from pathlib import Path
 
 import pytest
 
 import clearway
+from benchmark_modules import load_benchmark
 from clearway.campaigns.plan import CampaignPlan
 from clearway.campaigns.plan_checks import able
 from clearway.errors import ClearwayError
@@ -53,21 +53,13 @@ def test_of_those_that_are_named_too_and_by_robot() -> None:
     assert "does not say who drives the robot 'crowdnav-disc'" in why["tiago=orca"]
 
 
-CONTEST = Path(__file__).parents[2] / "benchmarks" / "contest.py"
-
-
 @pytest.mark.parametrize("able_too", [["--navigator", "orca"], []])
 def test_the_contest_says_below_its_table_why_one_that_is_named_cannot_drive(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], able_too: list[str]
 ) -> None:
-    spec = importlib.util.spec_from_file_location("contest", CONTEST)
-    assert spec is not None
-    assert spec.loader is not None
-    contest = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(contest)
     asked = ["--suite", "crowd", "--scenarios", "1", "--workers", "0", *able_too, "--navigator", "hp-tmpc"]
     monkeypatch.setattr(sys, "argv", ["contest.py", *asked])
-    contest.main()
+    load_benchmark("contest").main()
     said = capsys.readouterr().out
     [row] = [line for line in said.splitlines() if line.startswith("| crowd |")]
     *others, barred = row.split(" | ")[2:-1]

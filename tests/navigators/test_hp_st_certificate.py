@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 import math
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmark_modules import load_benchmark
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, rectangle
@@ -29,7 +27,6 @@ from clearway.navigators.hp_st.guarantee.certificate import (
 from clearway.navigators.hp_st.guarantee.tube import Plan, drive, room, tube
 from clearway.robots import DriveLimits, load_robot
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 PERIOD = 0.15
 INSTANT = DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf)
 HOSBOT = DriveLimits(-1.5, 1.5, 0.5, 2.0, 3.0, 1.0, 2.0)
@@ -40,10 +37,8 @@ L_SHAPE = Polygon(((-0.3, -0.3), (0.4, -0.3), (0.4, 0.0), (0.0, 0.0), (0.0, 0.4)
 
 
 @pytest.fixture(scope="module")
-def benchmark() -> Iterator[Any]:
-    with pytest.MonkeyPatch.context() as patched:
-        patched.syspath_prepend(BENCHMARKS)
-        yield importlib.import_module("certificates")
+def benchmark() -> Any:
+    return load_benchmark("certificates")
 
 
 def expect(

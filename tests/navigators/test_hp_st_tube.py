@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import importlib
 import math
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmark_modules import load_benchmark
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
 from clearway.navigators.hp_st.guarantee.tube import Plan, Tube, drive, room, tube
 from clearway.robots import DriveLimits, load_robot
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 PERIOD = 0.15
 RESCUE = DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf)
 RAMPED = DriveLimits(-1.5, 1.5, 0.5, 2.0, 3.0, 1.0, 2.0)
@@ -26,10 +23,8 @@ EXACT = np.zeros(3)
 
 
 @pytest.fixture(scope="module")
-def benchmark() -> Iterator[Any]:
-    with pytest.MonkeyPatch.context() as patched:
-        patched.syspath_prepend(BENCHMARKS)
-        yield importlib.import_module("certified_tube")
+def benchmark() -> Any:
+    return load_benchmark("certified_tube")
 
 
 def about(commands: Any, disturbance: FloatArray = SHOVED, start: FloatArray = EXACT) -> tuple[Plan, Tube]:

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from benchmark_modules import load_benchmark
 from clearway.navigators.common.tracking.gauss_newton import BUDGET, solve_gauss_newton
 from clearway.navigators.common.tracking.interior_point import Program, minimise
 from clearway.navigators.common.tracking.riccati import LinearMotion
 
-FILE = Path(__file__).parents[2] / "benchmarks" / "tracking_solver.py"
-
 
 @pytest.fixture(scope="module")
 def benchmark():
-    spec = importlib.util.spec_from_file_location("tracking_solver_benchmark", FILE)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return load_benchmark("tracking_solver")
 
 
 @pytest.mark.parametrize(("horizon", "control_horizon"), [(5, None), (8, 4)])

@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
-import sys
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import pytest
 
+from benchmark_modules import load_benchmark
 from clearway.recordings.formats.beside import load
 from clearway.recordings.formats.table_spec import TableSpec
 from clearway.recordings.lab.plan_file import load_test_plan
 
-FILE = Path(__file__).parents[2] / "benchmarks" / "public_recordings.py"
-
 
 @pytest.fixture(scope="module")
-def benchmark() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("public_recordings", FILE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+def benchmark() -> Any:
+    return load_benchmark("public_recordings")
 
 
-def test_every_plan_is_one_and_names_every_file(benchmark: ModuleType, tmp_path: Path) -> None:
+def test_every_plan_is_one_and_names_every_file(benchmark: Any, tmp_path: Path) -> None:
     for source in benchmark.SOURCES:
         plan = load_test_plan(benchmark.write_plan(source, tmp_path, tmp_path / source.name))
         named = {f for trial in plan.trials for f in (trial.file, *trial.files.values())}
@@ -40,7 +31,7 @@ def test_every_plan_is_one_and_names_every_file(benchmark: ModuleType, tmp_path:
             load(tmp_path / source.name / name, TableSpec)
 
 
-def test_where_they_are_is_exact(benchmark: ModuleType) -> None:
+def test_where_they_are_is_exact(benchmark: Any) -> None:
     for source in benchmark.SOURCES:
         assert re.fullmatch(r"[0-9a-f]{40}", source.commit)
         assert f"checkout {source.commit} -- '{source.paths[0]}'" in benchmark.fetched(source)

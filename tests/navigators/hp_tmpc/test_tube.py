@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,25 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from arcs import step_arc
+from benchmark_modules import load_benchmark
 from clearway.navigators.common.tracking.ancillary import gain
 from clearway.navigators.hp_tmpc.parameters import Parameters
 from clearway.navigators.hp_tmpc.tube_mpc.tube import tightening
 from clearway.robots import load_robot
 
-FILE = Path(__file__).parents[3] / "benchmarks" / "tube.py"
 C = 0.15
 
 
 @pytest.fixture(scope="module")
 def benchmark() -> Any:
     """It knows what the linearised closed loop needs at worst, and which damping covers that."""
-    spec = importlib.util.spec_from_file_location("tube", FILE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return load_benchmark("tube")
 
 
 def nominal(v, omega, steps, theta=0.0):

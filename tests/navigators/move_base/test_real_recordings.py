@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmark_modules import load_benchmark
 from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import load_robot
 
 RECORDINGS = Path(__file__).with_name("recordings")
-FILE = Path(__file__).parents[3] / "benchmarks" / "real_move_base" / "recording.py"
 
 
 @pytest.fixture(scope="module")
 def recording() -> Any:
     """Who reads them."""
-    spec = importlib.util.spec_from_file_location("real_move_base_recording", FILE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return load_benchmark("real_move_base.recording")
 
 
 def parameters(robot: str, per_metre: bool = False, latched: bool = False) -> Parameters:
