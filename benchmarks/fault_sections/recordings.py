@@ -37,9 +37,6 @@ VICON = (
     "Trajectories\n100\n,,cart:a,,,cart:b,,,cart:c,,\nFrame,Sub Frame,X,Y,Z,X,Y,Z,X,Y,Z\n,,mm,mm,mm,mm,mm,mm,mm,mm,mm\n"
 )
 WORKSTATION = "TRAJECTORIES\n120,Hz\n,cart:a,,,cart:b,,,cart:c\nField #,X,Y,Z,X,Y,Z,X,Y,Z\n"
-SIX_D = "NO_OF_FRAMES\t{n}\nFREQUENCY\t100\nNO_OF_BODIES\t1\nBODY_NAMES\tcart\nBODY_ROTATIONS\tRoll\tPitch\tYaw\n\tX\tY\tZ\tRoll\tPitch\tYaw\tResidual\t" + "\t".join(
-    f"Rot[{i}]" for i in range(9)
-)  # fmt: skip
 
 
 def _rows(separator: str, first: tuple[str, ...], xyz: bool = True) -> str:
@@ -99,7 +96,7 @@ def _written(name: str, ending: str, **more: object) -> Callable[[Path], bytes]:
     def make(folder: Path) -> bytes:
         made, path = capture(FRAMES), folder / f"made{ending}"
         if name == "c3d":
-            c3d_writer.save(path, made, **more)  # type: ignore[arg-type]
+            c3d_writer.write(path, made, **more)  # type: ignore[arg-type]
         else:
             write = formats.formats()[name].write
             assert write is not None

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from clearway.recordings.formats import c3d as ours
-from clearway.recordings.formats.c3d_writer import save, write
+from clearway.recordings.formats.c3d_writer import write
 from clearway.recordings.recording import Points, Recording, Want
 
 ezc3d = pytest.importorskip("ezc3d")
@@ -49,7 +49,7 @@ def theirs_by_c3d(file: Path) -> tuple[list[str], float, np.ndarray]:
 def test_they_read_what_we_write(tmp_path: Path, processor: str, scale: float):
     file = tmp_path / "a.c3d"
     made = points()
-    save(file, Recording(file, "c3d", made), processor=processor, scale=scale)
+    write(file, Recording(file, "c3d", made), processor=processor, scale=scale)
     readers = [theirs_by_c3d] if processor == "mips" else [theirs_by_c3d, theirs_by_ezc3d]  # ezc3d knows no MIPS
     for reader in readers:
         labels, rate, xyz = reader(file)

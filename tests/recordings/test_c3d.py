@@ -22,7 +22,7 @@ from clearway.recordings.formats.c3d_parameters import (
     reals,
     text_parameter,
 )
-from clearway.recordings.formats.c3d_writer import save, write
+from clearway.recordings.formats.c3d_writer import write
 from clearway.recordings.formats.format import HEAD
 from clearway.recordings.recording import Points, Recording, Want
 
@@ -38,7 +38,7 @@ def recording(xyz: np.ndarray, names: tuple[str, ...] | None = None, rate: float
 def test_what_is_written_comes_back(tmp_path: Path, processor: str, scale: float, up: str):
     made = capture()
     file = tmp_path / "a.c3d"
-    save(file, made, processor=processor, scale=scale, up=up)
+    write(file, made, processor=processor, scale=scale, up=up)
     if up.startswith("-"):
         (tmp_path / "a.c3d.toml").write_text(f'up = "{up}"')  # the sign in the file isn't believed
     points = c3d.read(file, Want()).points
@@ -192,7 +192,7 @@ def test_units_are_never_guessed(tmp_path: Path):
 
 
 def test_an_unknown_unit_is_refused(tmp_path: Path):
-    save(tmp_path / "a.c3d", recording(np.ones((3, 1, 3))), units="cm")
+    write(tmp_path / "a.c3d", recording(np.ones((3, 1, 3))), units="cm")
     assert c3d.look(tmp_path / "a.c3d").entries[0].count == 3
     patched(tmp_path / "a.c3d", b"cm", b"qm")
     with pytest.raises(ClearwayError, match="'qm' is no unit of length"):
@@ -279,7 +279,7 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path):
     with pytest.raises(ClearwayError, match="no markers"):
         write(tmp_path / "a.c3d", replace(made, points=None))
     with pytest.raises(ClearwayError, match="16 bits"):
-        save(tmp_path / "a.c3d", made, scale=0.01)
+        write(tmp_path / "a.c3d", made, scale=0.01)
     with pytest.raises(ClearwayError, match="cannot be written"):
         write(tmp_path / "a.c3d" / "b.c3d", made)
 
@@ -320,7 +320,7 @@ def damaged(draw: st.DrawFn, valid: bytes) -> bytes:
 def valid(folder: Path) -> list[bytes]:
     out = []
     for processor, scale in (("intel", -0.1), ("dec", 0.1), ("mips", -0.1)):
-        save(folder / "v.c3d", capture(n=12), processor=processor, scale=scale)
+        write(folder / "v.c3d", capture(n=12), processor=processor, scale=scale)
         out.append((folder / "v.c3d").read_bytes())
     return out
 

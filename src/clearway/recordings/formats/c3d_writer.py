@@ -31,18 +31,7 @@ CHUNK = 4 << 20
 """Bytes of data that are held at a time."""
 
 
-def write(path: Path, recording: Recording) -> None:
-    """The recording's points as a C3D file: millimetres, z up, real numbers in Intel's byte order.
-
-    Frame 1 is t = 0; a frame that the recording lacks is one in which nothing was seen.
-
-    Raises:
-        ClearwayError: it has no points, or its times are not those of frames at one rate.
-    """
-    save(path, recording)
-
-
-def save(
+def write(
     path: Path,
     recording: Recording,
     *,
@@ -51,8 +40,21 @@ def save(
     units: str = "mm",
     up: str = "+Z",
 ) -> None:
-    """As `write`, with a choice: `processor` `intel`, `dec` or `mips`; `scale` one unit of an integer in `units`,
-    negative for real numbers; `up` the axis of the file that is up."""
+    """The recording's points as a C3D file.
+
+    Frame 1 is t = 0; a frame that the recording lacks is one in which nothing was seen.
+
+    Args:
+        path: The file.
+        recording: What has the points.
+        processor: Whose byte order: `intel`, `dec` or `mips`.
+        scale: One unit of an integer, in `units`; negative for real numbers.
+        units: Of lengths.
+        up: The axis of the file that is up.
+
+    Raises:
+        ClearwayError: it has no points, or its times are not those of frames at one rate.
+    """
     points = recording.points
     if points is None or not points.names or len(points.t) < 2:
         raise ClearwayError("there are no markers to write, with at least two frames", file=path)
