@@ -32,7 +32,6 @@ CAPTURES = {"vicon": ".csv", "motive": ".csv", "qualisys": ".tsv", "trc": ".trc"
 ROWS = {"tum": ".tum", "table": ".csv"}
 BAGS = {"bag: mcap": "", "bag: sqlite3": "", "bag: ros1": ".bag"}
 PEERS = {"c3d": ("ezc3d", "c3d"), "vicon": ("pandas",), "tum": ("evo",), "table": ("pandas",)}
-TYPICAL = {"odometry": "/odom", "scan": "/scan"}
 
 
 # --- files -----------------------------------------------------------------------------------------------------------

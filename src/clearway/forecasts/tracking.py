@@ -202,7 +202,7 @@ def take_in(
             continue
         if limits.velocities:
             _follow_shift(tracks, i, x, y, r, velocity[j, 0], velocity[j, 1], velocity_error[j])
-        _compare(models, limits, x, y, r, velocity[j, 0], velocity[j, 1], velocity_error[j], filters_of(tracks, i), fit)
+        _compare(limits, x, y, r, velocity[j, 0], velocity[j, 1], velocity_error[j], filters_of(tracks, i), fit)
         rate = tracks.changes[i] / (t - tracks.clock[i, FIRST] + limits.patience)
         stay = math.exp(-(limits.switching + rate) * dt[i])
         best, changed = weigh(models, stay, limits.refuted, fit, filters_of(tracks, i))
@@ -225,8 +225,7 @@ def take_in(
 
 @kernel
 def _compare(
-    models: Models, limits: Limits, x: float, y: float, r: float, vx: float, vy: float, velocity_error: float,
-    filters: Filters, fit: Fit,
+    limits: Limits, x: float, y: float, r: float, vx: float, vy: float, velocity_error: float, filters: Filters, fit: Fit
 ) -> None:  # fmt: skip
     """Take a place with variance `r` and, if velocities count, a velocity into one track's filters; fill `fit`."""
     for a in (fit.linear, fit.linear_off, fit.turn, fit.turn_off):

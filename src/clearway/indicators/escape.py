@@ -43,9 +43,7 @@ _FIT, _FITS = 3.0, 1e-3
 """s of a moving obstacle's last motion that its prolongation is fitted to, and how well it has to fit, m."""
 
 
-def escapes(
-    trial: Trial, begin: float, until: float, searches: Sequence[tuple[int, int, int]] = SEARCHES
-) -> bool | None:
+def escapes(trial: Trial, begin: float, until: float) -> bool | None:
     """Whether the robot, as it was at `begin` [s], could have gone on to `until` [s] without touching anything.
 
     None where nobody knows: the trial lacks footprint, limits, speed, a pose, or a body's outline, or the base is of another
@@ -62,7 +60,7 @@ def escapes(
     steps = max(math.ceil((until - begin) / STEP - 1e-9), 1)
     times: FloatArray = begin + STEP / _LOOKS * np.arange(1.0, steps * _LOOKS + 1)
     bodies, tracks = _near(trial, state, times)
-    narrow, *wider = searches
+    narrow, *wider = SEARCHES
     if _found(trial, state, bodies, tracks, None, *narrow):
         return True
     viable = _viability(trial, state, bodies, tracks)

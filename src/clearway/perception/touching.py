@@ -52,7 +52,7 @@ def _part(returns: Returns, sizes: tuple[float, float], sigma: float) -> npt.NDA
         while more > 0:
             more -= 1
             a, b = left[more]
-            ends, began = _meetings(returns.raw, members[a:b], returns.sensor, least), a
+            ends, began = _meetings(returns.raw, members[a:b], least), a
             circles = np.empty((ends.shape[0], 3))
             for i in range(ends.shape[0]):  # of what is beside a meeting nobody knows yet whose it is
                 first_own, last_own = began + (i > 0), a + ends[i] - (i + 1 < ends.shape[0])
@@ -124,13 +124,12 @@ def _off(points: FloatArray, j: int, circle: FloatArray, unknown: float) -> floa
 
 
 @kernel
-def _meetings(points: FloatArray, part: IntArray, sensor: FloatArray, least: float) -> IntArray:
+def _meetings(points: FloatArray, part: IntArray, least: float) -> IntArray:
     """Where bodies may meet in a part of a cluster: the points farthest behind each side of its hull, as the sensor sees it.
 
     Args:
         points: (m, 2) m.
         part: (n,) which of them, counter-clockwise about the sensor, over less than half a turn.
-        sensor: Its pose.
         least: What lies no farther behind does so by noise, m.
 
     Returns:

@@ -50,7 +50,7 @@ def write_tables(f: Findings, runs: Sequence[Run], folder: Path) -> list[str]:
     if courses:
         tables["barn"] = pa.Table.from_pylist(courses)
     if runs:
-        tables["fleets"] = pa.Table.from_pylist([_run(f, run) for run in runs])
+        tables["fleets"] = pa.Table.from_pylist([_run(run) for run in runs])
     import pyarrow.csv
 
     from clearway.trials.csv_table import without_formulas
@@ -63,7 +63,7 @@ def write_tables(f: Findings, runs: Sequence[Run], folder: Path) -> list[str]:
     return written
 
 
-def _run(f: Findings, run: Run) -> Mapping[str, Any]:
+def _run(run: Run) -> Mapping[str, Any]:
     labels = {c: run.row[c] for c in ("run", "suite", "batch", "configuration", "speed", "repetition")}
     tested = " and ".join(f"{s.robot} {s.navigator}" for s in run.systems)
     values = {name: value.value for name, value in run.values.items()}

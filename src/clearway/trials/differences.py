@@ -57,7 +57,7 @@ def first_difference(first: Trial, second: Trial) -> Difference | None:
     obstacles, then the robot's state, its estimate and its command.
     """
     a, b = to_tables(0, first), to_tables(0, second)
-    if (attempted := _attempted(first, second, a, b)) is not None:
+    if (attempted := _attempted(a, b)) is not None:
         return attempted
     timed = [
         _sampled(a, b, "obstacles"),
@@ -109,7 +109,7 @@ def other_robots(a: Results, b: Results) -> list[str]:
     return [f"Not the same robot in both: {at} is {x!r} and {y!r}." for at, x, y in filter(None, found)]
 
 
-def _attempted(first: Trial, second: Trial, a: Tables, b: Tables) -> Difference | None:
+def _attempted(a: Tables, b: Tables) -> Difference | None:
     """What was attempted, and in which columns something is known."""
     rows = [t["attempts"].to_pylist()[0] for t in (a, b)]
     fixtures = [json.loads(t["fixtures"]["bodies"][0].as_py()) for t in (a, b)]

@@ -13,7 +13,7 @@ from clearway.contract import Goal, Latency, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.motion import arc
-from clearway.navigators.common.holonomic import follow, tracking_error, turning_time
+from clearway.navigators.common.holonomic import follow, turning_time
 from clearway.navigators.orca import Orca
 from clearway.navigators.orca.decision import SIDES, Rules, followed
 from clearway.navigators.social_force import SocialForceNavigator
@@ -21,6 +21,15 @@ from clearway.robots import load_robot, possible
 
 RADIUS, PERIOD = 0.25, 0.1
 ROBOT = load_robot("rescue").model_copy(update={"period": PERIOD})
+
+
+def tracking_error(speed: float, turn: float, time: float, omega_max: float) -> float:
+    """How far, m, a base gets off a velocity of `speed` [m/s] at the angle `turn` [rad] to its heading.
+
+    Up to 90 degrees it is what the best speed along the arc leaves; beyond, the base turns on the spot meanwhile.
+    """
+    way = speed * turning_time(turn, time, omega_max)
+    return way * abs(math.sin(0.5 * turn)) if abs(turn) <= 0.5 * math.pi else way
 
 
 @given(st.floats(0.01, 1.0), st.floats(-math.pi, math.pi), st.floats(0.2, 1.0), st.floats(0.5, 3.0))

@@ -103,7 +103,7 @@ class ColregsApf:
             direction = pose[2] + self._approach.turn
             v, omega = steer(direction, pose[2], velocity[0], velocity[1], 0.0, self._pace)
             return Command(v, omega, arrived=arrived, status=STATUS[code])
-        self._horizon, mean = self._predict(self._parameters.horizon)
+        _, mean = self._predict(self._parameters.horizon)
         if not mean.any():
             return Command(0.0, 0.0, arrived=False, status=STATUS[code])
         direction = course(

@@ -22,16 +22,6 @@ def turning_time(turn: float, time: float, omega_max: float) -> float:
 
 
 @kernel
-def tracking_error(speed: float, turn: float, time: float, omega_max: float) -> float:
-    """How far, m, a base gets off a velocity of `speed` [m/s] at the angle `turn` [rad] to its heading.
-
-    Up to 90 degrees it is what the best speed along the arc leaves; beyond, the base turns on the spot meanwhile.
-    """
-    way = speed * turning_time(turn, time, omega_max)
-    return way * abs(math.sin(0.5 * turn)) if abs(turn) <= 0.5 * math.pi else way
-
-
-@kernel
 def follow(vx: float, vy: float, theta: float, time: float, v_max: float, omega_max: float) -> tuple[float, float]:
     """v [m/s] and omega [rad/s] of a base that heads for `theta` [rad] and is to go at (vx, vy) [m/s]."""
     speed = math.sqrt(vx * vx + vy * vy)

@@ -111,7 +111,7 @@ def motion_of_track(
         notes.append(
             f"not filtered: residual analysis needs at least {FAST:.0f} samples a second, these are {rate:.3g}"
         )
-    raw = _raw_variance(track, pose)
+    raw = _raw_variance(pose)
     cleaned = clean(track.t, pose, raw, cleaning, breaks=jumps, wanted=wanted)
     out, velocity = cleaned.pose, cleaned.velocity
     if heading == "travel":
@@ -153,7 +153,7 @@ def _jumps(t: FloatArray, pose: FloatArray) -> Any:
         return 1 + np.flatnonzero(far > LEAP[0] + LEAP[1] * np.diff(t))
 
 
-def _raw_variance(track: Track, pose: FloatArray) -> FloatArray:
+def _raw_variance(pose: FloatArray) -> FloatArray:
     """(n, 2) of the noise of the samples, as third differences show it: what decides about rest and the filter."""
     there = np.isfinite(pose[:, 0])
     position = filtering.jitter(pose[there, :2])

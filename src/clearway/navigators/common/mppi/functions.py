@@ -16,7 +16,7 @@ from clearway.geometry.compiled import kernel
 
 Floats = npt.NDArray[np.float32]
 
-ZERO, HALF, ONE, TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 PI, TWO_PI = np.float32(math.pi), np.float32(2.0 * math.pi)
 
 _PER_QUARTER = np.float32(2.0 / math.pi)
