@@ -8,7 +8,6 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from clearway.campaigns import source
@@ -23,6 +22,7 @@ from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import RobotBodySpec
 from clearway.scenarios.suites import load_suite
+from clearway.versions import version_of
 
 
 def asked_of_plan(
@@ -114,13 +114,13 @@ def asked_of(
     """
     others = {f"indicator {name}": source.of_object(indicator.function) for name, indicator in INDICATORS.items()}
     found = {"clearway": source.of_clearway()} | {n: d for n, d in (others | dict(code or {})).items() if d is not None}
-    about = {"clearway": _version("clearway"), "versions": versions(), "code": found}
+    about = {"clearway": version_of("clearway"), "versions": versions(), "code": found}
     return about | {"robots": dict(robots), "suites": dict(suites)}
 
 
 def versions() -> dict[str, str]:
     """The versions of Python and of the packages on which the bits may depend."""
-    return {"python": platform.python_version()} | {name: _version(name) for name in ("numba", "numpy", "scipy")}
+    return {"python": platform.python_version()} | {name: version_of(name) for name in ("numba", "numpy", "scipy")}
 
 
 def machine() -> dict[str, Any]:
@@ -131,13 +131,6 @@ def machine() -> dict[str, Any]:
 def now() -> str:
     """The time, UTC, to the second."""
     return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "unknown"
 
 
 def _floor(plan: FloorPlan) -> str:

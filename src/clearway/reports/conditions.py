@@ -11,7 +11,6 @@ import math
 import platform
 from collections import Counter
 from collections.abc import Mapping
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from clearway.reports import paper, parameters, recordings
@@ -21,6 +20,7 @@ from clearway.reports.suites import SuiteAbout
 from clearway.robots import DriveLimits, Robot
 from clearway.scenarios.suite import Section
 from clearway.trials.keeping import KEEPS
+from clearway.versions import version_of
 
 Facts = list[tuple[str, str]]
 _PUSHES = {"position": "m", "heading": "rad", "velocity": "m/s", "turn": "rad/s"}
@@ -153,10 +153,10 @@ def test(f: Findings) -> Facts:
         *([("tested on", recordings.stated(f, "date"))] if f.recorded else []),
         ("scoring started" if recorded else "started", _date(run.get("started"))),
         ("scoring finished" if recorded else "finished", _date(run.get("finished"))),
-        ("Clearway", str(campaign.get("clearway", _version("clearway")))),
+        ("Clearway", str(campaign.get("clearway", version_of("clearway")))),
         ("software", _software(campaign.get("versions"))),
         ("machine", _machines(run) or BLANK),
-        ("report made with", f"Clearway {_version('clearway')}, Python {platform.python_version()}"),
+        ("report made with", f"Clearway {version_of('clearway')}, Python {platform.python_version()}"),
         ("place", recordings.stated(f, "place")),
         ("tested by", recordings.stated(f, "operator")),
     ]
@@ -294,10 +294,3 @@ def _some(names: list[str]) -> str:
 
 def _software(versions: Any) -> str:
     return ", ".join(f"{k} {v}" for k, v in versions.items()) if isinstance(versions, dict) else BLANK
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "unknown"

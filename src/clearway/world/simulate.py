@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from time import perf_counter
 from typing import Any
 
@@ -20,6 +18,7 @@ from clearway.robots.ideal import ideal
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.trials import Attempt, Body, Errand, Trial
+from clearway.versions import version_of
 from clearway.world.arrivals import Arrivals
 from clearway.world.attempt import attempt_of, placed, run_of
 from clearway.world.behaviours.registry import behaviours_of
@@ -205,15 +204,12 @@ def _trial(scenario: Scenario, attempt: Attempt, drive: Drive, wall: float) -> T
         reason=checker.reason,
         snapshots=tuple(drive.snapshots),
         between=world.between.instants(float(columns["t"][-1])),
-        provenance={"source": "simulation", "clearway": _version(), "scenario": scenario.name, "seed": scenario.seed},
+        provenance={
+            "source": "simulation",
+            "clearway": version_of("clearway"),
+            "scenario": scenario.name,
+            "seed": scenario.seed,
+        },
         timing=timing(wall, drive.thinking, attempt.period),
         thinking=thinking_of(drive, columns["t"]),
     )
-
-
-@cache
-def _version() -> str:
-    try:
-        return version("clearway")
-    except PackageNotFoundError:
-        return "unknown"

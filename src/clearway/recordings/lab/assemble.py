@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from importlib.metadata import PackageNotFoundError, version
 from itertools import pairwise
 from typing import Any
 
@@ -30,6 +29,7 @@ from clearway.recordings.recording import Goals
 from clearway.scenarios.suites import load_suite, suite_names
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Snapshot, Span, Trial
 from clearway.trials.trial import HELPED, NOT_RECORDED, TOUCHED, UNTIED, UNUSABLE
+from clearway.versions import version_of
 
 UNLINKED = (
     "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known, and the path is that "
@@ -122,7 +122,7 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
     )
     estimates, shown = own_view(lab, recordings, offsets, t)
     told = {
-        "clearway": _version(),
+        "clearway": version_of("clearway"),
         "test_plan": lab.path.name,
         "sources": {
             name: {
@@ -185,7 +185,7 @@ def _unrecorded(lab: Lab, spec: RecordedTrialSpec, why: str = "") -> Trial:
         outcome=outcome,
         reason=f"{reason or 'attempted'}{'; ' if reason or why else ', '}{why or NOT_RECORDED}",
         provenance={
-            "clearway": _version(),
+            "clearway": version_of("clearway"),
             "test_plan": lab.path.name,
             "conditions": _conditions(lab, spec),
             "start": spec.start,
@@ -325,10 +325,3 @@ def _attempt(
 def _conditions(lab: Lab, spec: RecordedTrialSpec) -> dict[str, str]:
     whole = lab.plan.conditions.model_dump()
     return {name: getattr(spec, name) or value for name, value in whole.items() if getattr(spec, name) or value}
-
-
-def _version() -> str:
-    try:
-        return version("clearway")
-    except PackageNotFoundError:
-        return "unknown"
