@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from clearway.indicators.column import Kind
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import finished
+from clearway.indicators.legs import time_driven
 from clearway.indicators.success import failure
 from clearway.trials import Trial
 
@@ -22,17 +22,13 @@ def _reference(trial: Trial) -> float:
     return trial.attempt.reference_length
 
 
-def _time(trial: Trial) -> float:
-    return sum(drive.span.end - drive.span.start for drive in finished(trial))
-
-
 @measure
 def barn_time(trial: Trial) -> float:
     """Time of a successful run, s, from the first 0.1 m on."""
     _reference(trial)
     if why := failure(trial):
         raise NotComputable(f"the run failed ({why})")
-    return _time(trial)
+    return time_driven(trial)
 
 
 @measure
@@ -41,7 +37,7 @@ def barn_score(trial: Trial) -> float:
     optimal = _reference(trial) / TOP_SPEED
     if failure(trial):
         return 0.0
-    return optimal / min(max(_time(trial), 2 * optimal), 8 * optimal)
+    return optimal / min(max(time_driven(trial), 2 * optimal), 8 * optimal)
 
 
 _SOURCE = "BARN Challenge, scoring of a run"

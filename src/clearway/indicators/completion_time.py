@@ -24,6 +24,7 @@ from clearway.indicators.legs import (
     positions,
     speed,
     speed_limit,
+    time_driven,
 )
 from clearway.trials import Trial
 
@@ -36,7 +37,7 @@ STANDING = 0.02
 @measure
 def completion_time(trial: Trial) -> float:
     """Time of all scored legs together, s (paper A, eq. 1; the turn at B is not part of it)."""
-    return sum(d.span.end - d.span.start for d in finished(trial))
+    return time_driven(trial)
 
 
 def leg_time(name: str) -> Measure:

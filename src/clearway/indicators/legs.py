@@ -80,6 +80,15 @@ def finished(trial: Trial) -> tuple[DrivenLeg, ...]:
     return begun(trial)
 
 
+def time_driven(trial: Trial) -> float:
+    """Time of all scored legs together, s.
+
+    Raises:
+        NotComputable: one was not finished.
+    """
+    return sum(drive.span.end - drive.span.start for drive in finished(trial))
+
+
 def contact_time(trial: Trial) -> float | None:
     """When the trial ended with a contact, s; None without one."""
     touched = [event.t for event in trial.events if event.kind == EventKind.CONTACT]

@@ -6,13 +6,9 @@ import numpy as np
 
 from clearway.indicators.column import Kind
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import finished
+from clearway.indicators.legs import finished, time_driven
 from clearway.indicators.path_length import length
 from clearway.trials import Trial
-
-
-def _time(trial: Trial) -> float:
-    return sum(drive.span.end - drive.span.start for drive in finished(trial))
 
 
 @measure
@@ -31,7 +27,7 @@ def time_ratio(trial: Trial) -> float:
     """
     if trial.attempt.optimal_time is None:
         raise NotComputable("no clairvoyant's time is known to 0.5 % for this test")
-    return _time(trial) / trial.attempt.optimal_time
+    return time_driven(trial) / trial.attempt.optimal_time
 
 
 @measure
