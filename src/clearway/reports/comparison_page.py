@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from clearway.errors import ClearwayError
 from clearway.reports import head_to_head, sharing, theme
-from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
+from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, counted, grid, num, p_value, span, text
 from clearway.reports.page import PAGE, page_of
 from clearway.reports.side_by_side import Found, mark, repetitions, taken_otherwise, uncertainty
 from clearway.reports.summary import Summary
@@ -67,16 +67,12 @@ def _sides(pair: Found) -> tuple[str, str]:
     return f"{pair.b} ({pair.source_b})", f"{pair.a} ({pair.source_a})"
 
 
-def _many(n: int, kind: str) -> str:
-    return f"{n} {kind}{'' if n == 1 else 's'}"
-
-
 def summary(found: Sequence[Found]) -> Summary:
     """What the page says first."""
     systems = list(dict.fromkeys(name for pair in found for name in _sides(pair)))
     least = min(pair.pairs if isinstance(pair, Comparison) else pair.configurations for pair in found)
     matched = [pair for pair in found if isinstance(pair, ConfigurationComparison)]
-    tests = _many(least, "configuration" if matched else "test")
+    tests = counted(least, "configuration" if matched else "test")
     each = f"{tests} in common" if len(found) == 1 else f"{len(found)} pairs with {tests} or more in common"
     result = (
         _said(found[0], success_ps(found)[0]) if len(found) == 1 else "Of each pair a line below says what is shown."
@@ -100,7 +96,7 @@ def summary(found: Sequence[Found]) -> Summary:
         doubts.append(alike.strip(" ."))
     if left := sum(pair.only_a + pair.only_b for pair in found):
         one = "configuration" if matched else "test"
-        doubts.append(f"{_many(left, one)} that only one side ran {'is' if left == 1 else 'are'} left out")
+        doubts.append(f"{counted(left, one)} that only one side ran {'is' if left == 1 else 'are'} left out")
     return Summary(f"{', '.join(systems)}: {each}.", result, f"{'; '.join(doubts)}.{_doubt(found)}")
 
 
@@ -138,7 +134,7 @@ def _said(pair: Found, success: tuple[float, float]) -> str:
             shown = "" if p <= 0.05 else f" ({_NOT_SHOWN if least <= 0.05 else _TOO_FEW})"
             parts.append(f"{s.both + s.only_b} against {s.both + s.only_a} of {s.n} succeeded{shown}")
     else:
-        on = f"{pair.kind} over {_many(pair.configurations, 'configuration')} in common"
+        on = f"{pair.kind} over {counted(pair.configurations, 'configuration')} in common"
         if s is not None:
             shown = f" ({_NOT_SHOWN})" if s.difference.low <= 0.0 <= s.difference.high else ""
             parts.append(f"{s.successes_b} of {s.trials_b} succeeded against {s.successes_a} of {s.trials_a}{shown}")

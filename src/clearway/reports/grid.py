@@ -95,6 +95,11 @@ def num(value: float | None, digits: int = 2) -> str:
     return f"{value:.{digits}f}".replace("-", "−")
 
 
+def counted(n: int, what: str) -> str:
+    """`n` of `what`, which is more than one unless `n` is 1."""
+    return f"{n} {what}{'' if n == 1 else 's'}"
+
+
 def span(low: float | None, high: float | None, digits: int = 2) -> str:
     """An interval in brackets; empty where it is unknown."""
     if low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):

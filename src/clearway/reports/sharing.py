@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 
+from clearway.reports.grid import counted
 from clearway.reports.selection import Row, system_of
 from clearway.statistics import Comparison, ConfigurationComparison
 
@@ -21,7 +22,7 @@ def footnote(rows: Iterable[Row]) -> str:
     trials, runs = sharing(rows)
     if not trials:
         return ""
-    return f" {trials} of the trials are of robots that met each other in {runs} simulation{'' if runs == 1 else 's'}: {_SO}"
+    return f" {trials} of the trials are of robots that met each other in {counted(runs, 'simulation')}: {_SO}"
 
 
 def of_pairs(found: Iterable[Comparison | ConfigurationComparison]) -> str:
@@ -36,7 +37,7 @@ def of_pairs(found: Iterable[Comparison | ConfigurationComparison]) -> str:
 def repeated(found: Iterable[Comparison | ConfigurationComparison]) -> str:
     """What has to be said of pairs that repeat one another's test, in a sentence; empty if none do."""
     pairs = [c for c in found if isinstance(c, Comparison) and c.tests < c.pairs]
-    each = dict.fromkeys(f"{c.pairs} pairs are of {c.tests} test{'' if c.tests == 1 else 's'}" for c in pairs)
+    each = dict.fromkeys(f"{c.pairs} pairs are of {counted(c.tests, 'test')}" for c in pairs)
     return (
         f" {'; '.join(each)}: repetitions of one are alike, so the intervals are rather too narrow, and p too small."
         if each

@@ -10,6 +10,7 @@ from typing import Any
 from clearway.errors import ClearwayError, unknown
 from clearway.indicators import TIMED
 from clearway.reports.findings import Findings
+from clearway.reports.grid import counted
 from clearway.reports.selection import System
 from clearway.statistics import Comparison, ConfigurationComparison
 from clearway.trials.store import Results
@@ -84,7 +85,7 @@ def taken_otherwise(found: Found) -> str:
     assert isinstance(found, ConfigurationComparison)
     who, count = (found.a, found.by_motion_a) if found.by_motion_a else (found.b, found.by_motion_b)
     return (
-        f"* {who}: the legs of {count} trial{'' if count == 1 else 's'} were found by the robot's motion. The thinking before it moves off and the "
+        f"* {who}: the legs of {counted(count, 'trial')} were found by the robot's motion. The thinking before it moves off and the "
         "wait before a goal is called reached are not seen there, a few tenths of a second a leg: part of this difference "
         "is how the time was taken. Record the goals, or give the legs' spans in the test plan."
     )

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 from clearway.reports import causes, decision_time, paper, recordings, sharing, tuning
 from clearway.reports.findings import Findings
-from clearway.reports.grid import num
+from clearway.reports.grid import counted, num
 from clearway.reports.same_tests import LABELS
 from clearway.reports.selection import System, distinct, is_recorded
 from clearway.reports.verdicts import Line, Verdicts
-from clearway.scenarios.suite import Section, beyond_reach
+from clearway.scenarios.suite import Section, beyond_reach, listed
 from clearway.statistics import wilson_interval
 
 FEW = 3
@@ -38,7 +38,7 @@ def summary(f: Findings, found: Sequence[Verdicts]) -> Summary:
     """What the page says first."""
     said = [_result(f, v) for v in found[:FEW]]
     if more := len(found) - len(said):
-        said.append(f"What came out of {_count(more, 'other group')} of tests stands in the tables.")
+        said.append(f"What came out of {counted(more, 'other group')} of tests stands in the tables.")
     return Summary(_tested(f, found), " ".join(said) or "There are no trials.", _limits(f, found))
 
 
@@ -52,7 +52,7 @@ def _tested(f: Findings, found: Sequence[Verdicts]) -> str:
     tests = (
         f"{len(f.rows)} trials in all"
         if len(found) > 1
-        else f"{_count(found[0].n, 'test')}{' each' if len(f.systems) > 1 else ''}"
+        else f"{counted(found[0].n, 'test')}{' each' if len(f.systems) > 1 else ''}"
     )
     if len(found) == 1 and len(f.systems) > 1:
         tests += ", the same for all" if len(f.systems) > 2 else ", the same for both"
@@ -73,10 +73,10 @@ def _who(systems: Sequence[System], f: Findings) -> str:
     titles = [f.title(r) for r in robots]
     by = {r: [s.navigator for s in systems if s.robot == r] for r in robots}
     if len(robots) <= FEW and any(set(own) != set(navigators) for own in by.values()):
-        return _and([f"{f.title(r)} driven by {_and(list(dict.fromkeys(own)))}" for r, own in by.items()])
+        return listed([f"{f.title(r)} driven by {listed(list(dict.fromkeys(own)))}" for r, own in by.items()])
     if len(robots) <= FEW and len(navigators) <= FEW:
-        return f"{_and(titles)}{', each' if len(robots) > 1 else ''} driven by {_and(navigators)}"
-    return f"{_and(titles) if len(robots) <= FEW else f'{len(robots)} robots'} with {len(navigators)} navigators"
+        return f"{listed(titles)}{', each' if len(robots) > 1 else ''} driven by {listed(navigators)}"
+    return f"{listed(titles) if len(robots) <= FEW else f'{len(robots)} robots'} with {len(navigators)} navigators"
 
 
 # --- what came out ----------------------------------------------------------------------------------------------------
@@ -93,7 +93,7 @@ def _result(f: Findings, v: Verdicts) -> str:
             if 2 * forgiven > len(failed)
             else "there the localisation falls short"
         )
-        said += f" {forgiven} of the {_count(len(failed), 'failure')} missed the goal's tolerance by less than 2 cm and 0.02 rad: {what}."
+        said += f" {forgiven} of the {counted(len(failed), 'failure')} missed the goal's tolerance by less than 2 cm and 0.02 rad: {what}."
     return said
 
 
@@ -110,7 +110,7 @@ def _of_one(line: Line) -> str:
     parts.append(
         f"stood within tolerance by its true pose in {precise.yes} of {precise.judged} tests ({precise.percent.split(' [')[0]})"
     )
-    return f"{name} {_and(parts)}."
+    return f"{name} {listed(parts)}."
 
 
 def _of_many(lines: Sequence[Line]) -> str:
@@ -141,7 +141,7 @@ def _extreme(lines: Sequence[Line], question: int, end: Callable[[list[float]], 
 def _names(lines: Sequence[Line]) -> str:
     """Who they are; of many how many."""
     return (
-        _and([f"{line.name} with {line.navigator}" for line in lines])
+        listed([f"{line.name} with {line.navigator}" for line in lines])
         if len(lines) <= FEW
         else f"{len(lines)} systems alike"
     )
@@ -151,7 +151,7 @@ def _often(alike: Sequence[Line], question: int, *, of: bool = True) -> str:
     """In how many tests each of some that are alike did it; `of` False: did not."""
     counts = {(s.yes if of else s.judged - s.yes, s.judged) for s in (line.shares[question] for line in alike)}
     (some, tests), each = min(counts), " each" if len(alike) > 1 else ""
-    return f"{some} of {_count(tests, 'test')}{each}" if len(counts) == 1 else f"{100 * some / tests:.0f} %{each}"
+    return f"{some} of {counted(tests, 'test')}{each}" if len(counts) == 1 else f"{100 * some / tests:.0f} %{each}"
 
 
 # --- what limits it ---------------------------------------------------------------------------------------------------
@@ -166,7 +166,7 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
     least = min(v.n for v in found)
     middle = wilson_interval(least // 2, least)
     half = 50 * (middle.high - middle.low)
-    parts.append(f"with {_count(least, 'test')} a rate is known to about ±{num(half, 0 if half >= 1 else 1)} points")
+    parts.append(f"with {counted(least, 'test')} a rate is known to about ±{num(half, 0 if half >= 1 else 1)} points")
     if any(
         n > 1
         for n in Counter(
@@ -185,13 +185,13 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
     together, runs = sharing.sharing(f.rows)
     if together:
         parts.append(
-            f"{together} of the trials are of robots that met each other in {_count(runs, 'simulation')}, so they are not independent"
+            f"{together} of the trials are of robots that met each other in {counted(runs, 'simulation')}, so they are not independent"
         )
     if len(found) > 1:
         parts.append("not all systems met the same tests: compare only those that stand in one table")
     if left := sum(v.left_out for v in found):
         parts.append(
-            f"{_count(left, 'trial')} of tests that not all ran {'are' if left > 1 else 'is'} left out of the comparison"
+            f"{counted(left, 'trial')} of tests that not all ran {'are' if left > 1 else 'is'} left out of the comparison"
         )
     if f.asked(Section.PAPER_A) and any(_short(f, s) for s in f.systems):
         parts.append("only a part of the paper's protocol was run")
@@ -202,17 +202,17 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
     parts += [f"{sentence}; TCS and the parts of CT go by the set speed" for sentence in _too_fast(f)]
     if slow := decision_time.warnings(f):
         parts.append(
-            f"{_and([f.name(s) for s in slow])} thought longer than a control period allows, and the simulated world waited"
+            f"{listed([f.name(s) for s in slow])} thought longer than a control period allows, and the simulated world waited"
         )
     unsure = [r for r in f.rows if r.get("to_confirm")]
     if unsure:
         parts.append(
-            f"{_count(len(unsure), 'trial')} have to be confirmed by a person"
+            f"{counted(len(unsure), 'trial')} have to be confirmed by a person"
             if len(unsure) > 1
             else "1 trial has to be confirmed by a person"
         )
     if lost := len(recordings.unrecorded(f)) + len(recordings.unusable(f)):
-        parts.append(f"{_count(lost, 'attempt')} without a usable recording count{'' if lost > 1 else 's'} as failed")
+        parts.append(f"{counted(lost, 'attempt')} without a usable recording count{'' if lost > 1 else 's'} as failed")
     if "truth" in distinct(f.rows, "localisation"):
         parts.append("the robots were told where they are")
     return f"{_capital('; '.join(parts))}."
@@ -232,14 +232,6 @@ def _too_fast(f: Findings) -> list[str]:
 def _short(f: Findings, system: System) -> bool:
     counts = Counter(r["batch"] for r in f.of(system) if r["suite"] in f.asked(Section.PAPER_A))
     return bool(counts) and any(counts[batch] < n for batch, n in paper.PROTOCOL.items())
-
-
-def _count(n: int, what: str) -> str:
-    return f"{n} {what}{'' if n == 1 else 's'}"
-
-
-def _and(parts: Sequence[str]) -> str:
-    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 
 def _capital(text: str) -> str:

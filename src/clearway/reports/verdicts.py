@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.reports import recordings, sharing, tuning
 from clearway.reports.findings import Findings
-from clearway.reports.grid import NONE, num, rate, rate_ends
+from clearway.reports.grid import NONE, counted, num, rate, rate_ends
 from clearway.reports.same_tests import SameTests
 from clearway.reports.selection import Row, System, is_recorded
 from clearway.statistics import Interval, PairedSuccess, any_estimate, holm, paired_success, wilson_interval
@@ -138,7 +138,7 @@ class Verdicts:
     @property
     def timed(self) -> str:
         """On what the times are, or why there are none."""
-        tests = f"{self.finished} test{'' if self.finished == 1 else 's'}"
+        tests = counted(self.finished, "test")
         if len(self.lines) == 1:
             return f"median of {tests}"
         if self.finished >= FEWEST_TIMES:
@@ -149,7 +149,7 @@ class Verdicts:
     def caption(self) -> str:
         """How the table is to be read."""
         several = len(self.lines) > 1
-        said = f"{self.n} test{'' if self.n == 1 else 's'}"
+        said = counted(self.n, "test")
         said += ", the same for all" if several else ""
         said += f"; {self.left_out} trials of tests that not all ran are left out here" if self.left_out else ""
         said += ". Shares with Wilson's 95 % interval"
@@ -200,7 +200,7 @@ def _nearest(rows: Sequence[Row], obstacles: bool) -> tuple[str, str]:
         gaps, of = [r["MDO_walls"] for r in rows if r["MDO_walls"] is not None], ", from walls"
     if not gaps:
         return NONE, "no obstacles"
-    known = f", of {len(gaps)} trial{'' if len(gaps) == 1 else 's'}" if len(gaps) < len(rows) else ""
+    known = f", of {counted(len(gaps), 'trial')}" if len(gaps) < len(rows) else ""
     return f"{num(median(gaps), 2)} m", f"least {num(min(gaps), 2)} m{of}{known}"
 
 

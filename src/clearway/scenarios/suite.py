@@ -344,11 +344,12 @@ def beyond_reach(speeds: Iterable[float], robot: str, v_max: float) -> str:
     beyond = [f"{speed:g}" for speed in sorted(set(speeds)) if speed > v_max]
     if not beyond:
         return ""
-    said = f"{robot} drives {v_max:g} m/s at most: its tests at {_and(beyond)} m/s are "
+    said = f"{robot} drives {v_max:g} m/s at most: its tests at {listed(beyond)} m/s are "
     return said + ("one test at that, but for when moving obstacles meet it" if len(beyond) > 1 else "driven at that")
 
 
-def _and(words: Sequence[str]) -> str:
+def listed(words: Sequence[str]) -> str:
+    """The words in a sentence, `and` before the last."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
