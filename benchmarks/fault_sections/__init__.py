@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from itertools import cycle
 
 
 @dataclass(slots=True)
@@ -27,3 +29,12 @@ class Count:
         self.survived += wrong is None
         if wrong is not None:
             self.fallen.append(f"{self.fault}: {name}: {wrong}")
+
+
+def in_turn(kinds: Collection[str], try_one: Callable[[str, int], str | None], tries: int, seed: int) -> list[Count]:
+    """Try `tries` mutated files: the kinds in turn, each by a seed of its own; `try_one` says what was wrong."""
+    counts = {kind: Count(f"{kind}, mutated") for kind in kinds}
+    for n, kind in zip(range(tries), cycle(kinds), strict=False):
+        number = seed + n // len(kinds)
+        counts[kind].add(f"seed {number}", try_one(kind, number))
+    return list(counts.values())

@@ -8,14 +8,14 @@ import re
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 from clearway.campaigns import planned
 from clearway.campaigns.checks import check_file
 from clearway.errors import ClearwayError
 from clearway.robots import load_robot
-from fault_sections import Count
+from fault_sections import Count, in_turn
 from fault_sections.hostile import good
 
 ROOT = Path(__file__).parents[2]
@@ -187,18 +187,7 @@ class Target:
         return check_file(self._folder / read, self._robot)
 
 
-def drawn(tries: int, seed: int) -> Iterator[tuple[str, int]]:
-    """Which files are tried: the kinds in turn, each by a seed of its own."""
-    kinds = tuple(SEEDS)
-    for n in range(tries):
-        yield kinds[n % len(kinds)], seed + n // len(kinds)
-
-
 def measure(tries: int, seed: int) -> list[Count]:
     """Try `tries` mutated files."""
-    counts = {kind: Count(f"{kind}, mutated") for kind in SEEDS}
     with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
-        target = Target(Path(folder))
-        for kind, number in drawn(tries, seed):
-            counts[kind].add(f"seed {number}", target.try_one(kind, number))
-    return list(counts.values())
+        return in_turn(SEEDS, Target(Path(folder)).try_one, tries, seed)

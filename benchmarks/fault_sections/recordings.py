@@ -11,7 +11,7 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ from clearway.recordings.formats import c3d_writer
 from clearway.recordings.formats.beside import beside
 from clearway.recordings.lab.unplanned import motions, summary
 from clearway.recordings.recording import Recording, Want
-from fault_sections import Count
+from fault_sections import Count, in_turn
 from fault_sections.fuzz import SECONDS, mutated
 
 sys.path.append(str(Path(__file__).parents[2] / "tests" / "recordings"))  # for recordings of every kind
@@ -267,13 +267,6 @@ class Target:
         return said
 
 
-def drawn(tries: int, seed: int) -> Iterator[tuple[str, int]]:
-    """Which files are tried: the kinds in turn, each by a seed of its own."""
-    kinds = tuple(SEEDS)
-    for n in range(tries):
-        yield kinds[n % len(kinds)], seed + n // len(kinds)
-
-
 def good(folder: Path) -> dict[str, Recording]:
     """Every kind as it was before it was mutated, read."""
     target, found = Target(folder), {}
@@ -286,9 +279,5 @@ def good(folder: Path) -> dict[str, Recording]:
 
 def measure(tries: int, seed: int) -> list[Count]:
     """Try `tries` mutated recordings."""
-    counts = {kind: Count(f"{kind}, mutated") for kind in SEEDS}
     with tempfile.TemporaryDirectory(prefix="recordings-") as folder:
-        target = Target(Path(folder))
-        for kind, number in drawn(tries, seed):
-            counts[kind].add(f"seed {number}", target.try_one(kind, number))
-    return list(counts.values())
+        return in_turn(SEEDS, Target(Path(folder)).try_one, tries, seed)

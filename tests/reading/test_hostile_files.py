@@ -37,16 +37,15 @@ def sections(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 def test_mutated_files_are_read_or_refused(sections: Any, tmp_path: Path) -> None:
-    target = sections.fuzz.Target(tmp_path)
-    wrong = {f"{kind} {seed}": target.try_one(kind, seed) for kind, seed in sections.fuzz.drawn(400, seed=10**6)}
-    assert {name: what for name, what in wrong.items() if what} == {}
+    fuzz = sections.fuzz
+    counts = sections.in_turn(fuzz.SEEDS, fuzz.Target(tmp_path).try_one, 400, 10**6)
+    assert [wrong for count in counts for wrong in count.fallen] == []
 
 
 def test_mutated_recordings_are_read_or_refused(sections: Any, tmp_path: Path) -> None:
     recordings = sections.recordings
-    target = recordings.Target(tmp_path)
-    wrong = {f"{kind} {seed}": target.try_one(kind, seed) for kind, seed in recordings.drawn(138, seed=10**6)}
-    assert {name: what for name, what in wrong.items() if what} == {}
+    counts = sections.in_turn(recordings.SEEDS, recordings.Target(tmp_path).try_one, 138, 10**6)
+    assert [wrong for count in counts for wrong in count.fallen] == []
 
 
 def test_what_is_mutated_is_a_recording_of_every_format(sections: Any, tmp_path: Path) -> None:
