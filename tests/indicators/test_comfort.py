@@ -54,10 +54,11 @@ def test_time_to_collision_is_least_where_it_begins_to_brake(footprint):
     assert row["person_ttc"] == pytest.approx((6.0 - 4.65 - 0.52) / 0.5, rel=0.03)
 
 
-def test_one_who_walks_towards_the_robot():
-    def coming(t):
-        return np.stack([9.0 - 0.3 * t, np.zeros_like(t), np.full_like(t, math.nan)], axis=1)[:, None]
+def coming(t):
+    return np.stack([9.0 - 0.3 * t, np.zeros_like(t), np.full_like(t, math.nan)], axis=1)[:, None]
 
+
+def test_one_who_walks_towards_the_robot():
     trial = shuttle(bodies=(walker(),), moving_obstacles=coming)
     t, x = trial.t, trial.pose[:, 0]
     gap = 9.0 - 0.3 * t - x - 0.52
@@ -70,9 +71,6 @@ def test_one_who_walks_towards_the_robot():
 
 
 def test_time_to_collision_with_what_else_moves_is_no_persons():
-    def coming(t):
-        return np.stack([9.0 - 0.3 * t, np.zeros_like(t), np.full_like(t, math.nan)], axis=1)[:, None]
-
     row = score_row(shuttle(bodies=(replace(walker(), kind=BodyKind.ROBOT),), moving_obstacles=coming))
     assert row["ttc"] == score_row(shuttle(bodies=(walker(),), moving_obstacles=coming))["person_ttc"]
     assert row["person_ttc"] is None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import re
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -27,43 +26,14 @@ from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection
 from clearway.statistics import describe
 from clearway.trials.store import Results, open_results
-
-
-class Outline(HTMLParser):
-    """Collects start tags; complains of an element that is closed but not open."""
-
-    void = frozenset({"meta", "br", "input", "img", "link", "hr"})
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag not in self.void:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-
-def outline(page: Path) -> Outline:
-    parser = Outline()
-    parser.feed(page.read_text(encoding="utf-8"))
-    parser.close()
-    assert parser.open == []
-    return parser
+from html_outline import outline
 
 
 def test_the_page_is_whole_and_refers_to_nothing_outside(report: Path) -> None:
-    found = outline(report)
-    ids = [a["id"] for _, a in found.tags if "id" in a]
+    found = outline(report.read_text(encoding="utf-8"))
+    ids = [a["id"] for _, a in found if "id" in a]
     assert len(ids) == len(set(ids))
-    refs = [a.get(k) for _, a in found.tags for k in ("href", "src", "xlink:href", "data") if a.get(k)]
+    refs = [a.get(k) for _, a in found for k in ("href", "src", "xlink:href", "data") if a.get(k)]
     assert all(r.startswith(("#", "tables/")) for r in refs if r)
     inner = {r[1:] for r in refs if r and r.startswith("#")}
     replays = {r for r in inner if re.fullmatch(r"replay-\d+", r)}
@@ -126,9 +96,9 @@ def test_a_report_that_fails_leaves_the_old_one(
 
 def test_a_hostile_name_is_only_text(hostile: Results) -> None:
     page = write_report(hostile.path)
-    found = outline(page)
-    assert not [t for t, _ in found.tags if t in ("img", "iframe")]
-    assert not [a for _, a in found.tags for k in a if k.startswith("on")]
+    found = outline(page.read_text(encoding="utf-8"))
+    assert not [t for t, _ in found if t in ("img", "iframe")]
+    assert not [a for _, a in found for k in a if k.startswith("on")]
     for svg in (page.parent / "figures").glob("*.svg"):
         assert "<img" not in svg.read_text(encoding="utf-8")
     assert all(re.fullmatch(r"[\w.-]+", p.name) for p in page.parent.rglob("*"))
@@ -326,7 +296,7 @@ def test_every_parameter_has_the_source_of_its_longest_prefix() -> None:
 
 def test_one_trial_as_a_page(results: Results) -> None:
     page = write_replay(results, 3)
-    outline(page)
+    outline(page.read_text(encoding="utf-8"))
     assert 'id="trial-3"' in page.read_text(encoding="utf-8")
     with pytest.raises(ClearwayError, match="there is no trial 9999"):
         write_replay(results, 9999)
