@@ -5,15 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from command_line import Shell
 
-from clearway.campaigns.checks import check_file
-from clearway.robots import load_robot
-
-EXAMPLES = sorted(
-    path for path in (Path(__file__).parents[2] / "examples").rglob("*.toml") if not path.name.startswith("tune_")
-)  # what `clearway tune` reads is checked by itself, see tests/improving
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.toml"))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.name)
-def test_it_has_nothing_wrong(path: Path) -> None:
-    assert check_file(path, load_robot("tiago")) == []
+def test_it_has_nothing_wrong(clearway: Shell, path: Path) -> None:
+    said = clearway("check", path)
+    assert (said.code, said.err) == (0, "")
+    assert said.out.splitlines()[-1] == f"{path}: nothing wrong"

@@ -243,8 +243,16 @@ def test_an_attempt_that_was_not_recorded_has_nothing_to_export(trial, tmp_path)
         export(empty, "csv", tmp_path / "x.csv")
 
 
-def test_command_line(trial, tmp_path, monkeypatch, capsys):
+def said(monkeypatch, capsys, *words):
     from clearway.cli import main
+
+    monkeypatch.setattr("sys.argv", ["clearway", "export", *map(str, words), "--json"])
+    with contextlib.suppress(SystemExit):
+        main()
+    return json.loads(capsys.readouterr().out)["files"]
+
+
+def test_command_line(trial, tmp_path, monkeypatch, capsys):
     from clearway.indicators import row_schema, score_row
     from clearway.trials.store import TrialStore, write_partial
 
@@ -252,13 +260,9 @@ def test_command_line(trial, tmp_path, monkeypatch, capsys):
         for i in range(2):
             write_partial(store.partial, store.key, i, trial, {"id": str(i)} | score_row(trial))
         store.finish()
-    monkeypatch.setattr(
-        "sys.argv",
-        ["clearway", "export", str(tmp_path / "results"), "--all", "--to", "tum", "--which", "true",
-         "--out", str(tmp_path / "out"), "--json"],
-    )  # fmt: skip
-    with contextlib.suppress(SystemExit):
-        main()
-    files = json.loads(capsys.readouterr().out)["files"]
+    results, out = tmp_path / "results", tmp_path / "out"
+    files = said(monkeypatch, capsys, results, "--all", "--to", "tum", "--which", "true", "--out", out)
     assert len(files) == 2
     np.testing.assert_allclose(np.loadtxt(files[1])[:, 1], trial.pose[:, 0], atol=1e-8)
+    for to in TARGETS:
+        assert said(monkeypatch, capsys, results, "--trial", 0, "--to", to, "--out", tmp_path / f"as-{to}")
