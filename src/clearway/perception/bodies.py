@@ -264,41 +264,7 @@ def _associate(
         if i < 0:
             fresh += 1
             continue
-        x, y, r = circle[j]
-        if of_radius[j] < math.inf:
-            if doubt[i] < math.inf:  # its near side is where it was, however large it turns out
-                dx, dy = x - returns.sensor[0], y - returns.sensor[1]
-                deeper = (r - disc[i]) / max(math.hypot(dx, dy), 1e-9)
-                state[i, 0] += deeper * dx
-                state[i, 1] += deeper * dy
-                kalman.correct(state, spread, i, x, y, variance[j])
-            else:  # the same body, another point of it
-                state[i, 0], state[i, 1], spread[i, 0], spread[i, 1] = x, y, variance[j], 0.0
-            disc[i] = radius[i] = largest[i] = r
-            doubt[i] = of_radius[j]
-        elif found.legs[j] or walker[i]:
-            walker[i], radius[i], missing = True, max(PERSON, r), 0.0
-            if found.legs[j]:
-                largest[i] = 0.0
-            else:  # one leg, both as one cluster, or with what is beside them
-                missing = abs(PERSON - r)
-            kalman.correct(state, spread, i, x, y, variance[j] + GAIT * GAIT + 0.25 * missing * missing)
-        elif found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
-            radius[i] = max(radius[i], r)
-            hidden = radius[i] - r
-            vx, vy, vv = state[i, 2], state[i, 3], spread[i, 2]
-            kalman.correct(state, spread, i, x, y, variance[j] + 0.25 * hidden * hidden)
-            state[i, 2], state[i, 3], spread[i, 1], spread[i, 2] = vx, vy, 0.0, vv  # the part's motion isn't the body's
-            if seen[i] - moved[i] <= LATCH and t - shown[i] <= PART:
-                moved[i] = t  # of a part one can't tell that it stands
-        else:
-            grown = abs(r - radius[i])
-            if grown > 2.0 * math.sqrt(variance[j]):  # another side is in view: the same body, another point of it
-                state[i, 0], state[i, 1], spread[i, 0], spread[i, 1] = x, y, variance[j], 0.0
-            else:
-                kalman.correct(state, spread, i, x, y, variance[j] + (SHIFT * grown) ** 2)
-            radius[i] = r
-        seen[i] = t
+        _correct(before, i, found, j, of_radius[j], returns.sensor, t)
     keep = np.flatnonzero(t - seen <= p.memory)
     kept = keep.shape[0]
     new, place = _no_filters(kept + fresh), np.empty(n, dtype=np.int64)
@@ -321,6 +287,49 @@ def _associate(
             k += 1
         body[found.rows[j]] = new.ids[at[j]]
     return new, at, body[label], unused + fresh
+
+
+@kernel
+def _correct(
+    filters: _Filters, i: int, found: Candidates, j: int, of_radius: float, sensor: FloatArray, t: float
+) -> None:  # fmt: skip
+    """Take candidate `j` into filter `i`; the radius has the variance `of_radius` [m^2], inf where that says nothing."""
+    _, state, spread, radius, largest, seen, moved, shown, _, disc, doubt, walker = filters
+    (x, y, r), variance = found.circle[j], found.variance[j]
+    if of_radius < math.inf:
+        if doubt[i] < math.inf:  # its near side is where it was, however large it turns out
+            dx, dy = x - sensor[0], y - sensor[1]
+            deeper = (r - disc[i]) / max(math.hypot(dx, dy), 1e-9)
+            state[i, 0] += deeper * dx
+            state[i, 1] += deeper * dy
+            kalman.correct(state, spread, i, x, y, variance)
+        else:  # the same body, another point of it
+            state[i, 0], state[i, 1], spread[i, 0], spread[i, 1] = x, y, variance, 0.0
+        disc[i] = radius[i] = largest[i] = r
+        doubt[i] = of_radius
+    elif found.legs[j] or walker[i]:
+        walker[i], radius[i], missing = True, max(PERSON, r), 0.0
+        if found.legs[j]:
+            largest[i] = 0.0
+        else:  # one leg, both as one cluster, or with what is beside them
+            missing = abs(PERSON - r)
+        kalman.correct(state, spread, i, x, y, variance + GAIT * GAIT + 0.25 * missing * missing)
+    elif found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
+        radius[i] = max(radius[i], r)
+        hidden = radius[i] - r
+        vx, vy, vv = state[i, 2], state[i, 3], spread[i, 2]
+        kalman.correct(state, spread, i, x, y, variance + 0.25 * hidden * hidden)
+        state[i, 2], state[i, 3], spread[i, 1], spread[i, 2] = vx, vy, 0.0, vv  # the part's motion isn't the body's
+        if seen[i] - moved[i] <= LATCH and t - shown[i] <= PART:
+            moved[i] = t  # of a part one can't tell that it stands
+    else:
+        grown = abs(r - radius[i])
+        if grown > 2.0 * math.sqrt(variance):  # another side is in view: the same body, another point of it
+            state[i, 0], state[i, 1], spread[i, 0], spread[i, 1] = x, y, variance, 0.0
+        else:
+            kalman.correct(state, spread, i, x, y, variance + (SHIFT * grown) ** 2)
+        radius[i] = r
+    seen[i] = t
 
 
 @kernel
