@@ -15,7 +15,7 @@ from clearway.geometry.compiled import kernel, uncompiled
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.candidates import EXACT, Candidates, found_in, rounded, sizes_of
-from clearway.perception.clusters import PERSON, ClusterParameters, IntArray, Returns
+from clearway.perception.clusters import PERSON, ClusterParameters, IntArray, Returns, middle_of_leg
 from clearway.perception.covering import cores
 from clearway.perception.seen_through import share_seen_through
 from clearway.perception.structure import unseen
@@ -38,7 +38,12 @@ SURE, SLOW = 4.0, 0.05
 """A round body moves at the first sign of it, if its speed is beyond so many standard deviations and so many m/s, by which
 odometry may err. By that alone posts that stand side by side moved, as now one is in view and now the next."""
 GAIT = 0.03
-"""m: standard deviation of the middle between two legs about the body's, along either axis: who walks swings them."""
+"""m: standard deviation of the middle between two legs about the body's, along either axis: who walks swings them. A step lasts
+several scans, so that no filter averages it out: it counts in the bound again."""
+CALM, ADAPTS, EXPECTED = 0.5, 0.7, 0.5
+"""Who walks evenly is taken for calm: the acceleration assumed of a walker falls, to this share of it at least, by this rate in each
+scan while the squared normalised innovation is less than expected, and grows while it is more (Bar-Shalom, Li, Kirubarajan 2001,
+section 11.2.1, continuous adjustment of the noise level)."""
 SLIM = 1.05
 """Times a person's radius: what a lidar that sees legs sees move, no wider than that, is taken for somebody on two; a robot's
 front is wider."""
@@ -144,7 +149,7 @@ class _Filters(NamedTuple):
     signs: IntArray  # (n,) periods in a row with signs of motion
     disc: FloatArray  # (n,) radius of one that is round, m
     doubt: FloatArray  # (n,) variance of that, m^2; inf: it isn't, or nobody knows
-    walker: npt.NDArray[np.bool_]  # (n,) whether it is taken for somebody on two legs
+    restless: FloatArray  # (n,) of somebody on two legs, share of a walker's acceleration that they show; 0: nobody on two legs
 
 
 @kernel
@@ -152,8 +157,7 @@ def _no_filters(n: int) -> _Filters:
     """So many, of which nothing is known."""
     return _Filters(
         np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n),
-        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64), np.zeros(n), np.full(n, math.inf),
-        np.zeros(n, dtype=np.bool_),
+        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64), np.zeros(n), np.full(n, math.inf), np.zeros(n),
     )  # fmt: skip
 
 
@@ -250,11 +254,11 @@ def _associate(
     Returns:
         The filters now; which belongs to each candidate; the identity of each return's body (m,), -1: none; `unused` now.
     """
-    ids, state, spread, radius, largest, seen, moved, shown, signs, disc, doubt, walker = before
+    ids, state, spread, radius, largest, seen, moved, shown, signs, disc, doubt, restless = before
     label, clusters = returns.label, returns.size.shape[0]
     circle, variance = found.circle, found.variance
     n, m = ids.shape[0], variance.shape[0]
-    kalman.predict(state, spread, dt, np.where(walker, p.walking, p.spread))
+    kalman.predict(state, spread, dt, np.where(restless > 0.0, p.walking * restless, p.spread))
     reach = np.minimum(kalman.SIGMAS * np.sqrt(spread[:, 0]) + 0.5 * radius, p.body_radius)
     at = kalman.nearest_pairs(state, reach, circle, kalman.SIGMAS * np.sqrt(variance) + 0.5 * circle[:, 2])
     of_radius = rounded(found, returns, at, disc, doubt, (p.least_radius, p.body_radius), sigma)
@@ -274,7 +278,7 @@ def _associate(
         new.ids[k], new.state[k], new.spread[k] = ids[i], state[i], spread[i]
         new.radius[k], new.largest[k], new.seen[k] = radius[i], largest[i], seen[i]
         new.moved[k], new.shown[k], new.signs[k] = moved[i], shown[i], signs[i]
-        new.disc[k], new.doubt[k], new.walker[k] = disc[i], doubt[i], walker[i]
+        new.disc[k], new.doubt[k], new.restless[k] = disc[i], doubt[i], restless[i]
     body, k = np.full(clusters, -1, dtype=np.int64), kept
     for j in range(m):
         if at[j] >= 0:
@@ -282,7 +286,7 @@ def _associate(
         else:
             kalman.begin(new.state, new.spread, k, circle[j, 0], circle[j, 1], variance[j], p.speed)
             new.ids[k], new.radius[k], new.seen[k] = unused + k - kept, circle[j, 2], t
-            new.disc[k], new.doubt[k], new.walker[k] = circle[j, 2], of_radius[j], found.legs[j]
+            new.disc[k], new.doubt[k], new.restless[k] = circle[j, 2], of_radius[j], 1.0 if found.legs[j] else 0.0
             at[j] = k
             k += 1
         body[found.rows[j]] = new.ids[at[j]]
@@ -294,7 +298,7 @@ def _correct(
     filters: _Filters, i: int, found: Candidates, j: int, of_radius: float, sensor: FloatArray, t: float
 ) -> None:  # fmt: skip
     """Take candidate `j` into filter `i`; the radius has the variance `of_radius` [m^2], inf where that says nothing."""
-    _, state, spread, radius, largest, seen, moved, shown, _, disc, doubt, walker = filters
+    _, state, spread, radius, largest, seen, moved, shown, _, disc, doubt, restless = filters
     (x, y, r), variance = found.circle[j], found.variance[j]
     if of_radius < math.inf:
         if doubt[i] < math.inf:  # its near side is where it was, however large it turns out
@@ -307,13 +311,19 @@ def _correct(
             state[i, 0], state[i, 1], spread[i, 0], spread[i, 1] = x, y, variance, 0.0
         disc[i] = radius[i] = largest[i] = r
         doubt[i] = of_radius
-    elif found.legs[j] or walker[i]:
-        walker[i], radius[i], missing = True, max(PERSON, r), 0.0
+    elif found.legs[j] or restless[i] > 0.0:
+        missing = 0.0
         if found.legs[j]:
             largest[i] = 0.0
         else:  # one leg, both as one cluster, or with what is beside them
             missing = abs(PERSON - r)
-        kalman.correct(state, spread, i, x, y, variance + GAIT * GAIT + 0.25 * missing * missing)
+            x, y = middle_of_leg(x, y, r, sensor)
+        radius[i] = max(PERSON, r)
+        variance += GAIT * GAIT + 0.25 * missing * missing
+        off = ((x - state[i, 0]) ** 2 + (y - state[i, 1]) ** 2) / (2.0 * (spread[i, 0] + variance))
+        share = restless[i] * math.exp(ADAPTS * (min(off, 4.0) - EXPECTED))
+        restless[i] = min(max(share, CALM), 1.0) if restless[i] > 0.0 else 1.0
+        kalman.correct(state, spread, i, x, y, variance)
     elif found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
         radius[i] = max(radius[i], r)
         hidden = radius[i] - r
@@ -371,7 +381,8 @@ def _tell(
             filters.moved[i] = filters.shown[i] = t
             # what moves where legs are seen, and is no wider than two are, is mostly somebody
             slim = max(filters.radius[i], filters.largest[i]) <= SLIM * p.least_radius
-            filters.walker[i] |= slim and filters.doubt[i] == math.inf
+            if slim and filters.doubt[i] == math.inf and filters.restless[i] == 0.0:
+                filters.restless[i] = 1.0
     for j in range(at.shape[0]):
         i = at[j]
         speed, sure = math.hypot(state[i, 2], state[i, 3]), SURE * math.sqrt(filters.spread[i, 2]) + SLOW
@@ -379,7 +390,8 @@ def _tell(
         if found.legs[j] or (sign[i] and filters.doubt[i] < math.inf and not found.cut[j] and speed > sure):
             filters.moved[i] = filters.shown[i] = t
     moves = filters.seen - filters.moved <= LATCH
-    x, error = state[:, :2].copy(), kalman.SIGMAS * np.sqrt(filters.spread[:, 0])
+    walks = filters.restless > 0.0
+    x, error = state[:, :2].copy(), kalman.SIGMAS * np.sqrt(filters.spread[:, 0] + np.where(walks, GAIT * GAIT, 0.0))
     radius = np.maximum(filters.radius, filters.largest)
     structure, still = np.ones(returns.size.shape[0], dtype=np.uint8), np.empty_like(at)
     told = moves & ((t - filters.seen <= p.coast) | _turned_away(filters, sensor, p, t, angle_min, field, near))
@@ -391,7 +403,7 @@ def _tell(
         else:
             still[m] = j
             m += 1
-        if filters.walker[i]:
+        if walks[i]:
             continue
         if found.cut[j]:
             apart = math.hypot(x[i, 0] - found.circle[j, 0], x[i, 1] - found.circle[j, 1])
@@ -410,7 +422,7 @@ def _tell(
         rx, ry, vx, vy = state[i, 0] - sensor[0], state[i, 1] - sensor[1], state[i, 2] - way[0], state[i, 3] - way[1]
         # another side of it comes into view, at so many rad/s: its circle shifts on it by as many radii
         turning = abs(rx * vy - ry * vx) / max(rx * rx + ry * ry, 1e-2)
-        side = 0.0 if filters.doubt[i] < math.inf or filters.walker[i] else filters.radius[i]
+        side = 0.0 if filters.doubt[i] < math.inf or walks[i] else filters.radius[i]
         v_error[k] = kalman.SIGMAS * math.sqrt(filters.spread[i, 2]) + side * turning
     inside = cores(returns.points, returns.label, returns.circles, sensor, found.rows[still])
     return Bodies(

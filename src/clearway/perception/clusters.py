@@ -41,6 +41,8 @@ PAIR = 0.4
 """m: the middles of one person's two legs lie no farther apart (the same: the most between them as someone walks)."""
 PERSON = 0.25
 """m: radius of the disc around two legs: what stands above them (shoulders: 0.51 m, Gordon et al. 2014)."""
+CALF = 0.062
+"""m: radius of a leg: a calf of 0.39 m around (ANSUR II)."""
 LEG_RETURNS = 2
 """A leg has at least so many: single ones are mixed pixels."""
 
@@ -212,7 +214,7 @@ def _perceive(
         _smooth(points, distance, label, sensor, m, SIDES, JOIN * math.sqrt(2.0) * sigma)
     people = np.empty((0, 3))
     if legs:
-        people = _pair_legs(points, label[:m], known, k)
+        people = _pair_legs(points, label[:m], known, k, sensor)
         k = people.shape[0]
     circles, count, far, cut = np.empty((k, 3)), np.zeros(k, dtype=np.int64), np.zeros(k), np.zeros(k, dtype=np.uint8)
     paired = np.zeros(k, dtype=np.uint8)
@@ -260,8 +262,17 @@ def surrounded(
     return x, y, r + 0.5 * increment * far, far
 
 
+@light
+def middle_of_leg(x: float, y: float, r: float, sensor: FloatArray) -> tuple[float, float]:
+    """The middle of a leg whose returns have a circle about (x, y) of radius `r`, m: beams that graze it are lost, and what is left of
+    its outline lies before its middle."""
+    dx, dy = x - sensor[0], y - sensor[1]
+    behind = math.sqrt(max(0.0, CALF * CALF - r * r)) / max(math.hypot(dx, dy), 1e-9)
+    return x + behind * dx, y + behind * dy
+
+
 @kernel
-def _pair_legs(points: FloatArray, label: IntArray, known: np.ndarray, k: int) -> FloatArray:
+def _pair_legs(points: FloatArray, label: IntArray, known: np.ndarray, k: int, sensor: FloatArray) -> FloatArray:
     """Give the k clusters of `label` (m,) new labels, one to two legs of a person.
 
     Returns:
@@ -274,7 +285,8 @@ def _pair_legs(points: FloatArray, label: IntArray, known: np.ndarray, k: int) -
         if members.shape[0] >= LEG_RETURNS and not known[members[0]]:
             x, y, r = enclosing_circle(points, members)
             if r <= LEG:
-                leg[c, 0], leg[c, 1], leg[c, 2] = x, y, r
+                leg[c, 2] = r
+                leg[c, 0], leg[c, 1] = middle_of_leg(x, y, r, sensor)
     for c in range(k):
         nearest = PAIR
         for d in range(k):
