@@ -334,6 +334,14 @@ def test_what_is_wrong_is_said_before_anything_runs(options: dict[str, Any], sai
         clearway.learning.make(**options)
 
 
+def test_whole_numbers_of_numpy_are_taken() -> None:
+    beams: Any = np.int64(8)
+    env = gymnasium.make("clearway/Hospital-v0", robot="tiago", beams=beams)
+    assert isinstance(env.observation_space, gymnasium.spaces.Dict)
+    assert env.observation_space["lidar"].shape == (8,)
+    assert type(Seeing(beams).beams) is int  # so that it can be written into a policy's file
+
+
 def test_one_batch_and_one_speed_stand_for_themselves() -> None:
     env = clearway.learning.make("hospital", "tiago", batches="NO", speeds=0.6)
     _, info = env.reset(seed=1)

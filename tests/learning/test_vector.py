@@ -151,6 +151,13 @@ def test_what_takes_python_is_refused(options: dict[str, Any], field: str) -> No
     assert field in str(error.value) or error.value.field == field
 
 
+def test_whole_numbers_of_numpy_are_taken() -> None:
+    numbers: Any = np.array((2, 3))
+    lanes = clearway.learning.make_vec("crowd", num_envs=numbers[0], obstacles=numbers[1])
+    assert type(lanes.num_envs) is int
+    assert lanes.observation_space["obstacles"].shape == (2, 3, 6)
+
+
 EXACT: dict[str, Any] = {"latency": 0.0, "localisation": "truth", "tracking": "difference"}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from numbers import Integral
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -100,11 +101,11 @@ def make_vec(
         raise ClearwayError(
             "True is not to be had, as no trial is kept here; leave it out, or take `make`", field="indicators"
         )
-    if not isinstance(num_envs, int) or isinstance(num_envs, bool) or num_envs < 1:
+    if not isinstance(num_envs, Integral) or isinstance(num_envs, bool) or num_envs < 1:
         raise ClearwayError(f"{num_envs!r} is no number of environments; 1 or more are", field="num_envs")
     refuse_no_reward(reward)
     return Lanes(
-        Scenes(suite, robot, where), view(**options, reward=default_reward, indicators=False), num_envs, reward
+        Scenes(suite, robot, where), view(**options, reward=default_reward, indicators=False), int(num_envs), reward
     )
 
 

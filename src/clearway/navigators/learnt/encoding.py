@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from numbers import Integral
 
 import numpy as np
 import numpy.typing as npt
@@ -41,9 +42,10 @@ class Seeing:
 
     def __post_init__(self) -> None:
         for name in ("beams", "obstacles"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MOST:
+            value: int = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= value <= MOST:
                 raise ClearwayError(f"{value!r} is no number of {name}; 0 to {MOST:,} are", field=name)
+            object.__setattr__(self, name, int(value))  # NumPy's can't be written down
 
     @property
     def needs(self) -> frozenset[Need]:
