@@ -15,6 +15,7 @@ from clearway.reports.acceptance import reasons, sentence
 from clearway.statistics import Criteria, Decision, Verdict, judge, load_criteria, outlooks
 from clearway.statistics.acceptance import _by_share
 from clearway.statistics.acceptance_trials import in_order
+from clearway.statistics.criteria import criteria_problems
 
 
 def trials(n: int, bad: tuple[int, ...] = (), **cells: Any) -> pa.Table:
@@ -322,6 +323,21 @@ def test_a_wrong_criterion_is_one_clear_error(text: str, complaint: str, tmp_pat
         asked(text, tmp_path)
     assert error.value.file == str(tmp_path / "criteria.toml")
     assert error.value.field
+
+
+def test_all_that_is_wrong_is_told_at_once(tmp_path: Path):
+    file = tmp_path / "criteria.toml"
+    one = '[[criterion]]\nindicator = "{}"\n{}\n'
+    file.write_text(
+        "where = { robt = 'tiago' }\n"
+        + one.format("MDO", "at_most = 0.1\nshare = 95\neach = 'batch'")
+        + one.format("success", "trials = 3\nfailures = 3")
+        + 2 * one.format("success", "share = 0.9")
+    )
+    assert [(e.file, e.field) for e in criteria_problems(file)] == [
+        (str(file), field)
+        for field in ("where.robt", "criterion.0.at_most", "criterion.0.each", "criterion.0", "criterion.1.failures", "criterion.3")
+    ]  # fmt: skip
 
 
 def test_the_plan_says_how_many_trials(tmp_path: Path):

@@ -7,13 +7,13 @@ either for a share of conforming trials at a confidence, or for so many trials o
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from functools import cache
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache, partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import pyarrow as pa
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from clearway.contract import BodyKind
 from clearway.errors import ClearwayError, shown, unknown
@@ -58,6 +58,16 @@ Label = str | bool | Finite
 """A value of a column by which trials are chosen."""
 
 
+def _sure(value: float) -> float:
+    if not 0.5 <= value < 1:
+        hint = f" (did you mean {value / 100:g}?)" if 50 <= value < 100 else ""
+        raise ValueError(f"{value:g} is no confidence; at least 0.5 and less than 1{hint}")
+    return value
+
+
+Confidence = Annotated[Finite, AfterValidator(_sure)]
+
+
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
@@ -73,7 +83,7 @@ class Criterion(_Part):
     one_of: tuple[str, ...] = Field(default=(), description="of a word: those that conform")
     none_of: tuple[str, ...] = Field(default=(), description="of a word: those that do not; any other does, none too")
     share: Finite | None = Field(default=None, description="of the trials that must conform, in (0, 1)")
-    confidence: Finite | None = Field(
+    confidence: Confidence | None = Field(
         default=None, description="of either verdict on the share, in [0.5, 1); default: the file's"
     )
     trials: Whole | None = Field(
@@ -99,7 +109,7 @@ class Criteria(_Part):
     """All that is asked of a robot."""
 
     title: str = Field(default="", max_length=200, description="what is to be accepted")
-    confidence: Finite = Field(default=0.95, description="of the verdicts, in [0.5, 1)")
+    confidence: Confidence = Field(default=0.95, description="of the verdicts, in [0.5, 1)")
     most: Whole | None = Field(
         default=None,
         ge=1,
@@ -132,12 +142,13 @@ def criteria_problems(file: str | Path) -> list[ClearwayError]:
     """What is wrong with a file of criteria."""
     path = Path(file)
     try:
-        _check(Criteria.model_validate(read_toml(path)))
+        criteria = Criteria.model_validate(read_toml(path))
     except ValidationError as error:
         return problems(error, Criteria, file=path)
     except ClearwayError as error:
-        return [ClearwayError(error.problem, file=path, field=error.field) if error.file is None else error]
-    return []
+        return [error]
+    found = _refused(_checks(criteria)) or _refused(_checks_together(criteria))
+    return [ClearwayError(error.problem, file=path, field=error.field) for error in found]
 
 
 def groups(criterion: Criterion) -> list[dict[str, Any]]:
@@ -214,27 +225,51 @@ def demand(criterion: Criterion, criteria: Criteria) -> str:
     return f"in {but} of the first {criterion.trials} trials"
 
 
-def _check(criteria: Criteria) -> None:
-    _confidence(criteria.confidence, "confidence")
-    _columns_there(criteria.where, "where")
+def _refused(checks: Iterable[Callable[[], None]]) -> list[ClearwayError]:
+    """What they raise."""
+    found = []
+    for check in checks:
+        try:
+            check()
+        except ClearwayError as error:
+            found.append(error)
+    return found
+
+
+def _checks(criteria: Criteria) -> Iterator[Callable[[], None]]:
+    """Of what is wrong whatever else is asked."""
+    yield partial(_columns_there, criteria.where, "where")
     seen: dict[str, int] = {}
     for number, one in enumerate(criteria.criterion):
         at = f"criterion.{number}"
-        _limit(one, at)
-        _columns_there(one.where, f"{at}.where")
-        if one.each is not None and one.each not in columns().names:
-            raise unknown("column", one.each, columns().names, field=f"{at}.each")
-        if one.each is not None and one.each not in one.where:
-            raise ClearwayError(
-                f"say each of which: where = {{ {one.each} = [...] }}, so that none is forgotten", field=f"{at}.each"
-            )
+        yield partial(_limit, one, at)
+        yield partial(_columns_there, one.where, f"{at}.where")
+        yield partial(_each, one, at)
+        yield partial(_often, one, criteria, at)
+        yield partial(_once, one, number, seen)
+
+
+def _checks_together(criteria: Criteria) -> Iterator[Callable[[], None]]:
+    """Of what all criteria, each right by itself, ask together."""
     for number, one in enumerate(criteria.criterion):
-        at = f"criterion.{number}"
-        _often(one, criteria, at)
-        said = one.model_copy(update={"name": ""}).model_dump_json()
-        if said in seen:
-            raise ClearwayError(f"asks the same as criterion.{seen[said]}; leave one out", field=at)
-        seen[said] = number
+        yield partial(_can_be_shown, one, criteria, f"criterion.{number}.share")
+
+
+def _each(one: Criterion, at: str) -> None:
+    """Refuse groups of which nobody says which there are."""
+    if one.each is not None and one.each not in columns().names:
+        raise unknown("column", one.each, columns().names, field=f"{at}.each")
+    if one.each is not None and one.each not in one.where:
+        raise ClearwayError(
+            f"say each of which: where = {{ {one.each} = [...] }}, so that none is forgotten", field=f"{at}.each"
+        )
+
+
+def _once(one: Criterion, number: int, seen: dict[str, int]) -> None:
+    """Refuse what another criterion asks."""
+    said = one.model_copy(update={"name": ""}).model_dump_json()
+    if (first := seen.setdefault(said, number)) != number:
+        raise ClearwayError(f"asks the same as criterion.{first}; leave one out", field=f"criterion.{number}")
 
 
 def _columns_there(where: Mapping[str, Any], at: str) -> None:
@@ -322,7 +357,7 @@ def _often(one: Criterion, criteria: Criteria, at: str) -> None:
                 f"{one.failures} of {one.trials} trials may fail; every robot meets it", field=f"{at}.failures"
             )
         if one.confidence is not None:
-            sure = reliability_shown(one.trials, one.failures, _confidence(one.confidence, f"{at}.confidence"))
+            sure = reliability_shown(one.trials, one.failures, one.confidence)
             raise ClearwayError(
                 f"belongs to a share; {one.trials} trials with {one.failures} failures show a share of {sure:.4g} at "
                 f"{one.confidence:g}: write share = {math.floor(1000 * sure) / 1000:g} instead of trials, or leave confidence out",
@@ -336,7 +371,7 @@ def _often(one: Criterion, criteria: Criteria, at: str) -> None:
     assert one.share is not None
     if one.failures:
         raise ClearwayError("belongs to `trials`, not to a share", field=f"{at}.failures")
-    confidence = _confidence(confidence_of(one, criteria), f"{at}.confidence")
+    confidence = confidence_of(one, criteria)
     if one.share == 1:
         raise ClearwayError(
             "no number of trials shows a share of 1; 300 trials without a failure show "
@@ -354,18 +389,17 @@ def _often(one: Criterion, criteria: Criteria, at: str) -> None:
             f"a robot with a share of {one.expected:g} is not to be accepted; more than {one.share:g} can be expected",
             field=f"{at}.expected",
         )
+
+
+def _can_be_shown(one: Criterion, criteria: Criteria, field: str) -> None:
+    """Refuse a share that takes more trials than there may be."""
+    if one.share is None:
+        return
     least = rule(one.share, *errors_of(one, criteria), failures=1).least
     if least > (criteria.most or MOST):
         allowed = f"most = {criteria.most}" if criteria.most else f"{MOST:,}"
         raise ClearwayError(
-            f"no robot can meet it within {allowed} trials: {one.share:g} at {confidence:g} needs "
+            f"no robot can meet it within {allowed} trials: {one.share:g} at {confidence_of(one, criteria):g} needs "
             + (f"{least} even without a failure" if least <= MOST else "more even without a failure"),
-            field=f"{at}.share",
+            field=field,
         )
-
-
-def _confidence(value: float, field: str) -> float:
-    if not 0.5 <= value < 1:
-        hint = f" (did you mean {value / 100:g}?)" if 50 <= value < 100 else ""
-        raise ClearwayError(f"{value:g} is no confidence; at least 0.5 and less than 1{hint}", field=field)
-    return value
