@@ -6,18 +6,22 @@ import json
 import re
 import shlex
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from typer.testing import CliRunner
 
 import clearway
+from clearway.campaigns import requirement
 from clearway.cli import app
 from clearway.errors import ClearwayError
 from clearway.reports.requirement import Requirement, read_requirement, write_requirement
 from clearway.robots import load_robot
 from clearway.scenarios.offers import OFFERS, Offer, find_offer, two_rooms, width_of
+from clearway.statistics.thresholds import Block
 
 
 @pytest.mark.slow
@@ -67,6 +71,22 @@ def test_what_is_met_nowhere_is_told(tmp_path: Path) -> None:
     assert told.exit_code == 1, told.output
     assert "is not shown to reach 50 % success at 0.6 m/s" in told.output
     assert "a door of 0.6 to 0.7 m: it is never met in that range (" in told.output
+
+
+def test_its_progress_ends_with_the_trials_that_it_took(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def campaign(offer: Offer, value: float, block: Block, *rest: Any) -> Any:
+        return SimpleNamespace(trials=pa.table({"success_slack": [value > 1.0] * block.trials}))
+
+    monkeypatch.setattr(requirement, "_run", campaign)
+    monkeypatch.setattr(requirement, "what_happened", lambda row: "")
+    told: list[tuple[int, int]] = []
+    found = clearway.requirement(
+        "door", reliability=0.5, confidence=0.6, between=(0.6, 1.8), step=0.6, trials=60, out=tmp_path / "door",
+        progress=lambda done, total, note="": told.append((done, total)),
+    )  # fmt: skip
+    assert told[0] == (0, 60)
+    assert told[-1] == (sum(found.trials), sum(found.trials))
+    assert sum(found.trials) < 60
 
 
 @pytest.mark.parametrize("name", sorted(OFFERS.addresses()))

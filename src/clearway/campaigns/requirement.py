@@ -91,7 +91,8 @@ def find_requirement(
         rows = results.trials.to_pylist()
         failed[block.index].update(what_happened(r) for r in rows if not r[judged])
         search.tell(block, sum(bool(r[judged]) for r in rows))
-    tell(trials, trials)
+    done = int(search.trials.sum())
+    tell(done, done)  # as many as it took
     found = _found(offer, values, search, robot, navigator, speed, judged, failed)
     write_requirement(found, out)
     write_page(found, out)
