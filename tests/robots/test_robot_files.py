@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator
 from importlib import resources
@@ -13,7 +14,7 @@ import pytest
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius, inscribed_radius
 from clearway.navigators.move_base.parameters import Parameters
-from clearway.robots import GoalChecker, Tolerances, immediate, load_robot, robot_names
+from clearway.robots import GoalChecker, Robot, Tolerances, immediate, load_robot, robot_names
 from clearway.robots.robot import _load
 from clearway.scenarios.suites import load_suite, suite_names
 from clearway.stand_ins import FILE as STAND_INS
@@ -172,6 +173,28 @@ def test_a_preset_can_take_a_part_away(tmp_path: Path) -> None:
     own.write_text(text + '\n[presets.blind]\nwithout = ["lidr"]\n', encoding="utf-8")
     with pytest.raises(ClearwayError, match=r"presets\.blind\.without: there is no 'lidr' to take away"):
         load_robot(f"{own}:blind")
+
+
+def test_a_footprint_holds_base_link(tmp_path: Path) -> None:
+    whole, file = (resources.files("clearway.robots") / "mir100.toml").read_text("utf-8"), tmp_path / "mine.toml"
+
+    def outlined(*vertices: tuple[float, float]) -> Robot:
+        own = f"vertices = {[list(v) for v in vertices]}"
+        file.write_text(re.sub(r"vertices = \[.*\]", own, whole, count=1), "utf-8")
+        return load_robot(str(file))
+
+    def behind(x: float) -> tuple[tuple[float, float], ...]:
+        return (x, -0.3), (x + 0.9, -0.3), (x + 0.9, 0.3), (x, 0.3)
+
+    assert inscribed_radius(outlined(*behind(-0.4)).shape) == 0.3
+    assert inscribed_radius(outlined(*behind(0.0)).shape) == 0.0  # on its edge
+    with pytest.raises(
+        ClearwayError, match=r"x from 0\.1 to 1 and y from -0\.3 to 0\.3 m leave .* 0\.1 m outside"
+    ) as error:
+        outlined(*behind(0.1))
+    assert (error.value.file, error.value.field) == (str(file), "footprint.vertices")
+    with pytest.raises(ClearwayError, match=r"0\.1 m outside"):  # in a notch
+        outlined(*behind(-0.4), (-0.4, 0.1), (0.3, 0.1), (0.3, -0.1), (-0.4, -0.1))
 
 
 def test_limits_are_those_of_the_drive_capped_at_a_speed() -> None:

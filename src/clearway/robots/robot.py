@@ -15,10 +15,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+import numpy as np
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError, unknown
-from clearway.geometry.shapes import Circle, Polygon, Shape, circumscribed_radius
+from clearway.geometry.shapes import Circle, Polygon, Shape, circumscribed_radius, inscribed_radius
 from clearway.given import given
 from clearway.quantities import (
     Angle,
@@ -26,6 +27,7 @@ from clearway.quantities import (
     Distance,
     Length,
     NonNegative,
+    Point,
     PoseSpec,
     Positive,
     PositiveAngle,
@@ -59,11 +61,27 @@ class CircleSpec(Part):
         return Circle(self.radius)
 
 
+def _around_base_link(vertices: tuple[Point, ...]) -> tuple[Point, ...]:
+    """The same, if base_link lies within: the disc about it that is free of the outline is taken for one that the robot fills."""
+    p = np.array(vertices)
+    q = np.roll(p, -1, axis=0)
+    turns = np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], (p * q).sum(axis=1)).sum()
+    if turns < math.pi and (away := inscribed_radius(Polygon(vertices))) > 1e-6:
+        (x0, y0), (x1, y1) = p.min(axis=0), p.max(axis=0)
+        raise ValueError(
+            f"x from {x0:g} to {x1:g} and y from {y0:g} to {y1:g} m leave base_link, which is [0, 0] here, {away:.2g} m outside; it is to "
+            "lie within, so measure from there"
+        )
+    return vertices
+
+
 class PolygonSpec(Part):
-    """A polygonal footprint in base_link, counter-clockwise."""
+    """A polygonal footprint around base_link, counter-clockwise."""
 
     kind: Literal["polygon"] = "polygon"
-    vertices: Vertices = Field(description="m, in base_link")
+    vertices: Annotated[Vertices, AfterValidator(_around_base_link)] = Field(
+        description="m, in base_link, which lies within"
+    )
 
     def shape(self) -> Shape:
         return Polygon(self.vertices)
