@@ -45,6 +45,9 @@ class StandIn:
         self.server = actionlib.SimpleActionServer("move_base", MoveBaseAction, auto_start=False)
         self.server.register_goal_callback(self.accept)
         self.server.register_preempt_callback(self.leave)
+        if KIND == "thinks":
+            hears = self.server.action_server.internal_goal_callback
+            self.server.action_server.internal_goal_callback = lambda goal: (time.sleep(2.5), hears(goal))
         self.server.start()
 
     def clear(self, _):

@@ -15,6 +15,7 @@ import pytest
 
 import clearway
 from clearway.campaigns import CampaignPlan, run_campaign
+from clearway.live.ros1.node import Node
 from clearway.scenarios.suites import Selection
 from clearway.trials.store import Results
 
@@ -114,6 +115,21 @@ def test_what_goes_wrong_is_the_trials_reason(
         row = driven(tmp_path / "out", master).trials.to_pylist()[0]
     assert row["outcome"] == outcome
     assert says in row["reason"]
+
+
+def test_goals_that_it_hears_of_after_the_cancel_are_left_too(tmp_path: Path, master: dict[str, str]) -> None:
+    with stand_in(master, "thinks"):
+        row = driven(tmp_path / "out", master).trials.to_pylist()[0]
+        assert "does not answer the goal" in row["reason"]
+        node, known = Node(master["ROS_MASTER_URI"], "127.0.0.1", ""), {}
+        hears = node.subscription("move_base/status", "actionlib_msgs/msg/GoalStatusArray")
+        until = time.monotonic() + 20.0
+        while len(known) < 3 and time.monotonic() < until:
+            node.wait(0.1)
+            known = {goal.goal_id.id: goal.status for _, array in hears.take() for goal in array.status_list}
+        node.close()
+    assert len(known) == 3
+    assert 1 not in known.values()  # none is under way
 
 
 def test_two_that_command_are_told_by_name(tmp_path: Path, master: dict[str, str]) -> None:

@@ -295,6 +295,25 @@ def test_what_is_missing_is_told_in_turn(node: Callable[..., Node], master: Mast
         robot.close()
 
 
+def test_a_cancel_is_for_all_that_was_sent_up_to_then(node: Callable[..., Node], master: Master) -> None:
+    robot = Tcp(master.uri, "127.0.0.1", "")
+    try:
+        cancels = node().subscription("move_base/cancel", "actionlib_msgs/msg/GoalID")
+        goals = node().subscription("move_base/goal", "move_base_msgs/msg/MoveBaseActionGoal")
+        soon(lambda: robot._action._cancel.subscribers() and robot._action._send.subscribers())
+        robot.begin(Place(7 * 10**9, np.zeros(3), None))
+        for _ in range(2):
+            robot.pursue(np.array((1.0, 2.0, 0.0)))
+        robot.cancel()
+        robot.cancel()  # once is enough
+        soon(lambda: len(goals._heard) == 2 and cancels._heard)
+        ((_, said),) = cancels.take()
+        assert said == goals.take()[1][1].goal_id
+        assert said.stamp.sec == 7
+    finally:
+        robot.close()
+
+
 def test_somebody_else_who_says_the_time_is_refused_while_a_dead_one_is_not(
     node: Callable[..., Node], master: Master
 ) -> None:

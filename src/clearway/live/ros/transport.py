@@ -24,7 +24,7 @@ class Transport(Protocol):
         """How far the stack is with the last goal."""
 
     def cancel(self) -> None:
-        """Ask the stack to leave the last goal, if it is on its way."""
+        """Ask the stack to leave the last goal, if it is on its way, and those that were sent before."""
 
     def twists(self) -> list[Twist]:
         """What came on `/cmd_vel` since it was last asked, oldest first."""

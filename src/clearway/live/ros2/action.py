@@ -51,7 +51,7 @@ class NavigateToPose:
         return self._state
 
     def cancel(self) -> None:
-        """Ask the stack to leave the last goal, if it is on its way."""
-        if self._state is not None and self._state not in FINISHED | {GoalState.REJECTED}:
-            self._cancel.ask(m.CancelRequest(m.GoalInfo(self._goal, m.Time(0, 0))))
+        """Ask the stack to leave all goals, if the last one is on its way: one that was sent before may have been accepted since."""
+        if self._state is not None and self._state not in FINISHED:
+            self._cancel.ask(m.CancelRequest(m.GoalInfo(m.UUID([0] * 16), m.Time(0, 0))))  # zeros stand for all
             self._state = GoalState.CANCELED
