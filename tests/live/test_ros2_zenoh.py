@@ -23,6 +23,7 @@ from clearway.live.line import WireError
 from clearway.live.ros.topics import TOPICS, Topic
 from clearway.live.ros2 import messages as m
 from clearway.live.ros2.dds import _sockets
+from clearway.live.ros2.transport import Ros2Transport
 from clearway.live.ros2.zenoh import SERVICES, Entity, ZenohNode, attached, entity_of, quality, unattached
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
@@ -188,6 +189,27 @@ def test_it_listens_on_the_loopback_interface_alone(router: str) -> None:
             one.close()
     finally:
         node.close()
+
+
+@pytest.mark.parametrize("fails", ["node", "transport"])
+def test_what_cannot_be_made_is_closed(router: str, fails: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def raises(*_: Any) -> None:
+        raise ValueError("half-way")
+
+    opened, opens = [], zenoh.open
+
+    def kept(config: zenoh.Config) -> zenoh.Session:
+        opened.append(opens(config))
+        return opened[-1]
+
+    monkeypatch.setattr(zenoh, "open", kept)
+    monkeypatch.setattr(ZenohNode, "keep" if fails == "node" else "service", raises)
+    with pytest.raises(ValueError, match="half-way"):
+        Ros2Transport(ZenohNode(0, router, ""), stamped=False)
+    (session,) = opened
+    closed = session.is_closed()
+    session.close()
+    assert closed
 
 
 def test_nobody_at_the_router_is_said() -> None:

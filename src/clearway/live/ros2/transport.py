@@ -16,15 +16,20 @@ class Ros2Transport:
     """Carries what the robot says by a node.
 
     Args:
-        node: Of this robot alone; it is closed with this.
+        node: Of this robot alone; it is closed with this, also where this can't be made.
         stamped: Whether `/cmd_vel` holds TwistStamped; else Twist.
     """
 
     def __init__(self, node: Node, stamped: bool) -> None:
         self._node, self._stamped = node, stamped
-        self._saying = Saying(WRITING, node.publisher)
-        self._commands = node.subscription(Topic("cmd_vel", f"geometry_msgs/msg/Twist{'Stamped' if stamped else ''}"))
-        self._action = NavigateToPose(node)
+        commands = Topic("cmd_vel", f"geometry_msgs/msg/Twist{'Stamped' if stamped else ''}")
+        try:
+            self._saying = Saying(WRITING, node.publisher)
+            self._commands = node.subscription(commands)
+            self._action = NavigateToPose(node)
+        except BaseException:
+            node.close()
+            raise
 
     def begin(self, place: Place) -> None:
         self.twists()

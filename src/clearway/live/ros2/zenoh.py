@@ -148,9 +148,13 @@ class ZenohNode:
             raise WireError(
                 f"finds no Zenoh router at {router} ({error}); `ros2 run rmw_zenoh_cpp rmw_zenohd` starts one"
             ) from error
-        tokens = self.session.liveliness()
-        self._kept: list[Any] = [tokens.declare_subscriber(f"@ros2_lv/{domain}/**", self._changed, history=True)]
-        self.keep(self._entity("NN"), None)
+        try:
+            tokens = self.session.liveliness()
+            self._kept: list[Any] = [tokens.declare_subscriber(f"@ros2_lv/{domain}/**", self._changed, history=True)]
+            self.keep(self._entity("NN"), None)
+        except BaseException:
+            self.close()
+            raise
 
     def publisher(self, topic: Topic) -> Callable[[Any], object]:
         entity = self.entity("MP", topic.name, topic.kind, type_hash(topic.kind), quality(topic))
