@@ -12,8 +12,10 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Literal, cast
+from typing import Any, ClassVar, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -25,11 +27,10 @@ from clearway.navigators.common.costmaps.plans import to_frame
 from clearway.navigators.common.inputs import finite, own
 from clearway.navigators.common.rates import Rate
 from clearway.navigators.nav2.behavior_tree import defaults
-from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest, ThroughRequest
+from clearway.navigators.nav2.behavior_tree.actions import MoveRequest
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status, TreeError
 from clearway.navigators.nav2.behavior_tree.paths import EMPTY
 from clearway.navigators.nav2.behavior_tree.reader import Trees, asked, build
-from clearway.navigators.nav2.behavior_tree.routes import RouteRequest, SmoothRequest
 from clearway.navigators.nav2.behavior_tree.servers import Job, Validity
 from clearway.navigators.nav2.behaviors import STILL, BehaviorServer
 from clearway.navigators.nav2.command_chain import CommandChain
@@ -46,19 +47,20 @@ from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import TunedOn
 
 _ORIGIN = np.zeros(3)
-_ACTIONS = (
-    "compute_path_to_pose",
-    "compute_path_through_poses",
-    "compute_route",
-    "smooth_path",
-    "follow_path",
-    "spin",
-    "wait",
-    "backup",
-    "drive_on_heading",
-)
 _TOLD = ("follow_path", "compute_path", "compute_route", "smoother")
 """Whose errors tell why a goal failed, by the names that Nav2's trees have for them."""
+
+
+class _Action(NamedTuple):
+    """What a server does, as the behaviour tree has it done.
+
+    Attributes:
+        send: Have it done.
+        cancel: Have it stopped.
+    """
+
+    send: Callable[[Any], Job]
+    cancel: Callable[[], object]
 
 
 class _Around:
@@ -73,22 +75,12 @@ class _Around:
 
     def send(self, action: str, request: Any) -> Job:
         """See `Servers`."""
-        n = self._navigator
-        if isinstance(request, PlanRequest | ThroughRequest):
-            return n.planner_server.send(action, request)
-        if isinstance(request, RouteRequest):
-            assert n.route_server is not None  # it is there for every tree that asks
-            return n.route_server.send(request)
-        if isinstance(request, SmoothRequest):
-            assert n.smoother_server is not None  # likewise
-            return n.smoother_server.send(request)
-        if isinstance(request, FollowRequest):
-            return n.controller_server.send(request, self.now)
-        return n.behavior_server.send(action, cast("MoveRequest", request), self.now, n.pose_in(n.local_costmap))
+        return self._navigator.actions[action].send(request)
 
     def cancel(self, action: str) -> None:
         """See `Servers`."""
-        self._navigator.cancel(action)
+        if (there := self._navigator.actions.get(action)) is not None:  # it is for every tree that sends
+            there.cancel()
 
     def clear(self, costmap: str, layers: tuple[str, ...], reset_distance: float | None, *, around: bool) -> bool:
         """See `Servers`."""
@@ -109,6 +101,9 @@ class Nav2:
         params: A file of ROS 2 parameters (`nav2_params.yaml`), or the name of a preset; None: the robot's own public file,
             or, for one that has none, Nav2's own fitted to the robot.
         trees: Of which branch of Nav2 the behaviour trees are that it ships: `main` or `jazzy`.
+
+    Attributes:
+        actions: What its servers do, by its name in Nav2.
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "scan"})
@@ -166,6 +161,7 @@ class Nav2:
         self.behavior_server = BehaviorServer(p.behavior_server)
         self.smoother_server = None if (q := p.smoother_server) is None else SmootherServer(q, self.global_costmap)
         self.route_server = None if p.route_server is None else RouteServer(p.route_server, p.file, self.global_costmap)
+        self.actions = self._actions()
         navigator = cast("parameters.BtNavigator", p.bt_navigator.group)
         self._tick_rate = Rate(1000.0 / navigator.bt_loop_duration)
         self._filter = navigator.filter_duration
@@ -244,19 +240,27 @@ class Nav2:
         """(3,) pose of a costmap's frame in the map."""
         return _ORIGIN if costmap.frame == "map" else self._odom
 
-    def cancel(self, action: str) -> None:
-        """Have an action server stop what it does."""
-        if action in ("compute_path_to_pose", "compute_path_through_poses"):
-            self.planner_server.cancel(action)
-        elif action == "compute_route":
-            if self.route_server is not None:
-                self.route_server.cancel()
-        elif action == "smooth_path":
-            if self.smoother_server is not None:
-                self.smoother_server.cancel()
-        elif action == "follow_path":
-            self.controller_server.cancel()
-        elif self.behavior_server.cancel(action) and action != "wait":
+    def _actions(self) -> dict[str, _Action]:
+        """What the servers that are there do."""
+        planner, controller = self.planner_server, self.controller_server
+        found = {
+            name: _Action(partial(planner.send, name), partial(planner.cancel, name))
+            for name in ("compute_path_to_pose", "compute_path_through_poses")
+        }
+        if (route := self.route_server) is not None:
+            found["compute_route"] = _Action(route.send, route.cancel)
+        if (smoother := self.smoother_server) is not None:
+            found["smooth_path"] = _Action(smoother.send, smoother.cancel)
+        found["follow_path"] = _Action(lambda request: controller.send(request, self._around.now), controller.cancel)
+        for name in ("spin", "wait", "backup", "drive_on_heading"):
+            found[name] = _Action(partial(self._behave, name), partial(self._leave, name))
+        return found
+
+    def _behave(self, behavior: str, request: MoveRequest) -> Job:
+        return self.behavior_server.send(behavior, request, self._around.now, self.pose_in(self.local_costmap))
+
+    def _leave(self, behavior: str) -> None:
+        if self.behavior_server.cancel(behavior) and behavior != "wait":
             self._said = STILL
 
     def _sense(self, o: Observation) -> None:
@@ -308,8 +312,8 @@ class Nav2:
         """The goal is done with, one way or the other."""
         self._tree.halt()
         self._tree.status = Status.IDLE
-        for action in _ACTIONS:
-            self.cancel(action)
+        for action in self.actions.values():
+            action.cancel()
         self._said = STILL
         self._active = False
         self._arrived, self._gave_up = gave_up is None, gave_up
