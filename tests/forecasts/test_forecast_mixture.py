@@ -12,6 +12,7 @@ from scipy.stats import ncx2
 
 from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.forecaster import Forecaster
+from clearway.forecasts.models import models
 from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.shapes import FloatArray
 
@@ -158,6 +159,18 @@ def test_turned_and_moved_the_forecast_turns_and_moves_too() -> None:
     turned, other, _ = path_of(way @ quarter + [7.0, -3.0])
     np.testing.assert_allclose(turned, path @ quarter + [7.0, -3.0], atol=1e-6)
     np.testing.assert_allclose(other, sigma, atol=1e-6)
+
+
+def test_nothing_is_reckoned_of_which_nothing_is_expected() -> None:
+    none, some, steady = (
+        len(models(p, 0.1, 30).stiffness)
+        for p in (
+            ForecastParameters(oscillation=0.0),
+            ForecastParameters(),
+            ForecastParameters(constant_velocity_only=True),
+        )
+    )
+    assert (none, some, steady) == (0, ForecastParameters().stiffnesses, 0)
 
 
 def test_who_is_not_expected_to_oscillate_is_foretold_to_go_straight() -> None:

@@ -40,7 +40,7 @@ class Models(NamedTuple):
     """The bank, and how it forecasts.
 
     Attributes:
-        stiffness: (B,) 1/s^2 from which oscillations start.
+        stiffness: (B,) 1/s^2 from which oscillations start; none where none are expected.
         likely: (B,) their probabilities.
         spread: Standard deviation of each over its value.
         reach: (B,) standard deviation of the way to the point, m.
@@ -138,6 +138,7 @@ def models(p: ForecastParameters, step: float, count: int) -> Models:
     )
     manoeuvre = np.array([p.manoeuvre, p.manoeuvre_time, p.braking_time])
     reach = np.minimum(p.usual_reach, np.minimum(p.acceleration / stiffness, p.speed / np.sqrt(stiffness)))
+    bank = slice(None if prior[OSCILLATION] > 0.0 else 0)  # filters that nothing is expected of cost as much as others
 
     move, spread = np.zeros((OSCILLATION, 3, 3)), np.zeros((OSCILLATION, 6))
     fine = 4  # the noise is integrated in finer steps than it is asked for
@@ -155,8 +156,8 @@ def models(p: ForecastParameters, step: float, count: int) -> Models:
     turn_row = np.ascontiguousarray(np.stack([along, aside], axis=2))
     turn_grown: FloatArray = np.asarray(p.noise_turn * t**3 / 3.0, dtype=np.float64)
     return Models(
-        stiffness, likely / likely.sum(), 0.5 * apart, reach, turn, prior, after, float(step), noise, manoeuvre, row, grown,
-        turn_row, turn_grown,
+        stiffness[bank], (likely / likely.sum())[bank], 0.5 * apart, reach[bank], turn, prior, after, float(step), noise,
+        manoeuvre, row, grown, turn_row, turn_grown,
     )  # fmt: skip
 
 
