@@ -26,7 +26,7 @@ from clearway.campaigns.pilot import compose
 from clearway.campaigns.plan import granted_map
 from clearway.navigators.move_base import MoveBase
 from clearway.navigators.nav2 import Nav2
-from clearway.navigators.nav2.parameters.nav2_parameters import OPTIONAL, SERVERS
+from clearway.navigators.nav2.parameters.nav2_parameters import ALL
 from clearway.navigators.nav2.presets.preset import fitted
 from clearway.perception import make_localiser
 from clearway.robots import Robot, load_robot
@@ -68,7 +68,7 @@ def make(name: str, robot: Robot, folder: str) -> MoveBase | Nav2:
 
 def write_parameters(tables: Mapping[str, dict[str, Any]], file: Path) -> str:
     """A file of ROS 2 parameters of what each server is given; its path."""
-    nodes = {(SERVERS | OPTIONAL)[server][0]: {"ros__parameters": _plain(table)} for server, table in tables.items()}
+    nodes = {ALL[server][0]: {"ros__parameters": _plain(table)} for server, table in tables.items()}
     file.write_text(yaml.safe_dump(nodes))
     return str(file)
 
@@ -159,10 +159,10 @@ def main() -> None:
     parser.add_argument("--speed", type=float, default=0.6, help="set speed, m/s")
     parser.add_argument("--trials", type=int, default=2, help="trials of each batch")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--smoke", action="store_true", help="one trial: only to see that it runs")
+    parser.add_argument("--smoke", action="store_true", help="one trial each of two navigators: only to see that they run")
     given = parser.parse_args()
     if given.smoke:
-        given.batch, given.trials = ["NO"], 1
+        given.batch, given.trials, given.navigator = ["NO"], 1, ["move-base", "rpp"]
     batches = tuple(given.batch or ("NO", "SO", "MO", "CE"))
     found = [measure(given.robot, n, batches, given.speed, given.trials) for n in given.navigator or ["move-base"]]
     if given.json:
