@@ -21,6 +21,7 @@ from clearway.navigators.colregs_apf.parameters import Parameters
 from clearway.navigators.colregs_apf.retuned import recall
 from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.inputs import area_of, finite, own
+from clearway.navigators.common.parametrised import Parametrised
 from clearway.robots import Robot
 from clearway.tuning import TunedOn
 
@@ -36,7 +37,7 @@ _FIXED = tuple(TunedOn(suite, ("rescue",), draws=range(10_000, 10_050), note="ga
 _RETUNED = tuple(TunedOn(suite, ("rescue",), seeds=(0,), note="gains of each scenario's own") for suite in _CASES)
 
 
-class ColregsApf:
+class ColregsApf(Parametrised[Parameters]):
     """Navigates by COLREGS-constrained artificial potential fields.
 
     Args:
@@ -52,22 +53,15 @@ class ColregsApf:
         ClearwayError: An option is wrong.
     """
 
+    parameters = Parameters
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
 
     def __init__(self, gains: Literal["fixed", "retuned"] = "fixed", **options: Any) -> None:
         if gains not in ("fixed", "retuned"):
             raise ClearwayError(f"{gains!r} is wrong: 'fixed' or 'retuned'", field="gains")
-        self._retuned, self._options = gains == "retuned", options
+        self._retuned = gains == "retuned"
         self.tuned_on = (*_RETUNED, *_FIXED) if self._retuned else _FIXED
-        Parameters.read(None, **options)  # a wrong one is told at once
-
-    def read_parameters(self, robot: Robot) -> Parameters:
-        """What it would drive `robot` with.
-
-        Raises:
-            ClearwayError: One of them is wrong, in the robot's file or among the options.
-        """
-        return Parameters.read(robot, **self._options)
+        super().__init__(**options)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything. Nothing is drawn from `rng`."""

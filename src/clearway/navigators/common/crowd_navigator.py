@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
+from pydantic import Field
 
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Status, Task
 from clearway.crowds.outlines import outlines
@@ -16,35 +17,30 @@ from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.holonomic import follow, slide_along
 from clearway.navigators.common.inputs import finite, own
 from clearway.navigators.common.motion import braked, stop_and_turn
+from clearway.navigators.common.parametrised import Parametrised
 from clearway.navigators.common.route import Route, Seen, later, seen
-from clearway.robots import DriveKind, DriveLimits, Robot, possible
+from clearway.quantities import NonNegative, Positive
+from clearway.robots import DriveKind, DriveLimits, Robot, RobotTable, possible
 from clearway.tuning import TunedOn
 
 
-class Shared(Protocol):
-    """The parameters that all of them have.
+class CrowdParameters(RobotTable):
+    """The parameters that all of them have."""
 
-    Attributes:
-        padding: Kept beyond the robot's radius, m.
-        tracking_time: In which the base turns to the velocity that it follows, s.
-        ahead: How far along its way it heads, m.
-        turns: Whether a base that moves to its sides as well turns to where it wants to go.
-    """
-
-    @property
-    def padding(self) -> float: ...
-    @property
-    def tracking_time(self) -> float: ...
-    @property
-    def ahead(self) -> float: ...
-    @property
-    def turns(self) -> bool: ...
+    padding: NonNegative = Field(default=0.02, description="kept beyond the robot's radius, m")
+    tracking_time: Positive = Field(
+        default=0.5, description="T, in which the base turns to the velocity that it follows, s"
+    )
+    ahead: Positive = Field(default=2.0, description="how far along its way it heads, m")
+    turns: bool = Field(
+        default=True, description="whether a base that moves to its sides as well turns to where it wants to go"
+    )
 
 
-_P = TypeVar("_P", bound=Shared, covariant=True)
+_P = TypeVar("_P", bound=CrowdParameters)
 
 
-class CrowdNavigator(ABC, Generic[_P]):
+class CrowdNavigator(ABC, Parametrised[_P]):
     """Drives by the velocity that `_velocity` chooses.
 
     Args:
@@ -57,18 +53,6 @@ class CrowdNavigator(ABC, Generic[_P]):
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "obstacles"})
     drives: ClassVar[frozenset[DriveKind]] = frozenset({"differential", "omnidirectional"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = ()
-
-    def __init__(self, **options: Any) -> None:
-        self._options = options
-        self.read_parameters(None)  # a wrong one is told at once
-
-    @abstractmethod
-    def read_parameters(self, robot: Robot | None) -> _P:
-        """What it would drive `robot` with; None: any.
-
-        Raises:
-            ClearwayError: One of them is wrong, in the robot's file or among the options.
-        """
 
     @abstractmethod
     def _prepare(self, limits: DriveLimits, period: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from functools import cache
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from clearway.contract import Budget, Command, Diagnostics, Goal, Need, Observat
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.navigators.common.arrival import BEGIN, Approach
 from clearway.navigators.common.inputs import area_of, finite
+from clearway.navigators.common.parametrised import Parametrised
 from clearway.navigators.hl_rrt.following import Body, follow, turn
 from clearway.navigators.hl_rrt.parameters import Parameters
 from clearway.navigators.hl_rrt.planner import Plan, Planner
@@ -23,7 +24,7 @@ from clearway.tuning import TunedOn
 _NONE = Plan(np.empty((0, 2)), math.inf, False, 0, False)
 
 
-class HlRrt:
+class HlRrt(Parametrised[Parameters]):
     """Horizon-based lazy RRT* with online learning (HL-RRT*), paper B's first rival.
 
     Chen, He, Li 2019 (Autonomous Robots, 10.1007/s10514-019-09879-8) as paper B describes it; what neither says is
@@ -37,22 +38,11 @@ class HlRrt:
         options: Any field of `Parameters`, which overrides the robot's file and the stand-ins.
     """
 
+    parameters = Parameters
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = tuple(
         TunedOn(suite, ("rescue",), draws=range(30_000, 30_040), note="padding") for suite in ("sar-case1", "sar-case2")
     )
-
-    def __init__(self, **options: Any) -> None:
-        Parameters.read(None, **options)  # tells of a wrong one at once
-        self._options = options
-
-    def read_parameters(self, robot: Robot) -> Parameters:
-        """What it would drive `robot` with.
-
-        Raises:
-            ClearwayError: One of them is wrong, in the robot's file or among the options.
-        """
-        return Parameters.read(robot, **self._options)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.

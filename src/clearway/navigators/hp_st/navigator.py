@@ -21,6 +21,7 @@ from clearway.navigators.common.arrival import BEGIN, HEADING, Approach
 from clearway.navigators.common.frame import OdometryFrame
 from clearway.navigators.common.inputs import finite
 from clearway.navigators.common.motion import stop_and_turn
+from clearway.navigators.common.parametrised import Parametrised
 from clearway.navigators.hp_st.assembly import assemble
 from clearway.navigators.hp_st.decision import (
     EVADING,
@@ -72,7 +73,7 @@ LOOK = 0.3
 _LOOK_NOTE = "that it drives only where it has looked for a while"
 
 
-class HpSt:
+class HpSt(Parametrised[Parameters]):
     """Heuristic plan through space and time, tracked by a tube MPC, with a certificate before each step.
 
     Args:
@@ -86,6 +87,7 @@ class HpSt:
         ClearwayError: An option does not exist, or a parameter is out of its range.
     """
 
+    parameters = Parameters
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "obstacles"})
     drives: ClassVar[frozenset[DriveKind]] = frozenset({"differential", "omnidirectional", "ackermann"})
     privileged: ClassVar[bool] = False
@@ -130,17 +132,8 @@ class HpSt:
         self._guarantee, self._without = guarantee_from(guarantee), ingredients_from(without)
         if guarantee == "evasive":
             self.tuned_on = (*_EVASIVE, *self.tuned_on)
-        self._chosen = parameters
-        Parameters.read(None, **parameters)  # tells of a wrong one at once
+        super().__init__(**parameters)
         self._decision: Decision | None = None
-
-    def read_parameters(self, robot: Robot) -> Parameters:
-        """What it would drive `robot` with.
-
-        Raises:
-            ClearwayError: One of them is wrong, in the robot's file or among the options.
-        """
-        return Parameters.read(robot, **self._chosen)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.

@@ -17,6 +17,7 @@ from clearway.navigators.common.ahead import Ahead
 from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.inputs import area_of, finite, perception_radius
 from clearway.navigators.common.motion import stop_and_turn
+from clearway.navigators.common.parametrised import Parametrised
 from clearway.navigators.common.tracking.gauss_newton import BUDGET, begin, conclude, search_on
 from clearway.navigators.common.tracking.problem import ITERATION_LIMIT, TOLERANCE, Problem, Solution, seeds
 from clearway.navigators.hp_tmpc.decision import STATUSES, Decision, decide, settle
@@ -46,7 +47,7 @@ _Discs: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, npt.ND
 """Position, velocity (n, 2), radius, error, moving (n,) of the obstacles."""
 
 
-class HpTmpc:
+class HpTmpc(Parametrised[Parameters]):
     """Heuristic planner and robust tube-based MPC for a differential drive among discs that stand or move.
 
     One unit of `task.budget.iterations` is an interior-point iteration (`gauss-newton`) or a roll-out (the others).
@@ -68,6 +69,7 @@ class HpTmpc:
         ClearwayError: an option that does not exist, or a parameter out of its range.
     """
 
+    parameters = Parameters
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
         *(TunedOn(suite, ("rescue",), draws=range(0), note="stand-ins") for suite in ("sar-case1", "sar-case2")),
@@ -90,18 +92,9 @@ class HpTmpc:
         self._solver = chosen_from("solver", solver, Solver)
         self._planner = chosen_from("planner", planner, Planner)
         self._literal = literal_from(literal)
-        self._chosen = {"prediction_horizon": prediction_horizon, "control_horizon": control_horizon, **parameters}
-        Parameters.read(None, **self._chosen)  # tells of a wrong one at once
+        super().__init__(prediction_horizon=prediction_horizon, control_horizon=control_horizon, **parameters)
         self.correction, self.spectral_radius = 0.0, 0.0
         self._decision: Decision | None = None
-
-    def read_parameters(self, robot: Robot) -> Parameters:
-        """What it would drive `robot` with.
-
-        Raises:
-            ClearwayError: One of them is wrong, in the robot's file or among the options.
-        """
-        return Parameters.read(robot, **self._chosen)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.

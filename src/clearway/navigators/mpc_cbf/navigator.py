@@ -15,7 +15,7 @@ Where it fails, by the paper or by what was found here (each has a test):
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from clearway.navigators.common.ahead import Ahead
 from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.inputs import area_of, finite, own
 from clearway.navigators.common.motion import stop_and_turn
+from clearway.navigators.common.parametrised import Parametrised
 from clearway.navigators.common.route import Route, seen, unmapped
 from clearway.navigators.common.tracking.gauss_newton import BUDGET
 from clearway.navigators.mpc_cbf.decision import Decision, Settings, decide
@@ -41,7 +42,7 @@ STATUSES = (Status.TRACKING, Status.INFEASIBLE, Status.BRAKING, Status.ITERATION
 """Of the outcomes of a decision."""
 
 
-class MpcCbf:
+class MpcCbf(Parametrised[Parameters]):
     """Model predictive control that lets no barrier of an obstacle fall by more than a share in a period.
 
     One unit of `task.budget.iterations` is an interior-point iteration; no wall-clock budget is heeded. A decision takes a few
@@ -54,6 +55,7 @@ class MpcCbf:
         ClearwayError: An option is wrong.
     """
 
+    parameters = Parameters
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "obstacles"})
     drives: ClassVar[frozenset[DriveKind]] = frozenset({"differential", "omnidirectional"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = tuple(
@@ -61,18 +63,6 @@ class MpcCbf:
         for suite in ("sar-case1", "sar-case2", "sar-case3", "sar-stress")
         for draws in (range(20000, 20010), range(30000, 30010))
     )
-
-    def __init__(self, **options: Any) -> None:
-        self._options = options
-        self.read_parameters(None)  # a wrong one is told at once
-
-    def read_parameters(self, robot: Robot | None) -> Parameters:
-        """What it would drive `robot` with; None: any.
-
-        Raises:
-            ClearwayError: One of them is wrong, in the robot's file or among the options.
-        """
-        return Parameters.read(robot, **self._options)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything. Nothing is drawn from `rng`."""

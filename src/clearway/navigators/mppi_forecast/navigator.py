@@ -12,7 +12,7 @@ in between) and where the way to the goal is not told by what it is given (a tra
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.frame import OdometryFrame
 from clearway.navigators.common.inputs import area_of, finite, own
 from clearway.navigators.common.motion import braked, stop_and_turn
+from clearway.navigators.common.parametrised import Parametrised
 from clearway.navigators.common.route import Route, seen, unmapped
 from clearway.navigators.common.route import later as gone_on
 from clearway.navigators.mppi_forecast.costs import Body, Weights, people_of
@@ -41,7 +42,7 @@ CLOSE, FACED = 0.25, 0.3
 _APART = 0.15  # m, between two points of an outline
 
 
-class MppiForecast:
+class MppiForecast(Parametrised[Parameters]):
     """Model predictive path integral control among forecasts of who moves.
 
     Args:
@@ -51,6 +52,7 @@ class MppiForecast:
         ClearwayError: An option is wrong.
     """
 
+    parameters = Parameters
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "obstacles"})
     drives: ClassVar[frozenset[DriveKind]] = frozenset({"differential", "omnidirectional"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
@@ -60,18 +62,6 @@ class MppiForecast:
         TunedOn("sar-case3", ("rescue",), draws=range(310, 322)),
         TunedOn("sar-stress", ("rescue",), draws=range(300, 322)),
     )
-
-    def __init__(self, **options: Any) -> None:
-        self._options = options
-        self.read_parameters(None)  # a wrong one is told at once
-
-    def read_parameters(self, robot: Robot | None) -> Parameters:
-        """What it would drive `robot` with; None: any.
-
-        Raises:
-            ClearwayError: One of them is wrong, in the robot's file or among the options.
-        """
-        return Parameters.read(robot, **self._options)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial; `rng` gives the key of all noise."""

@@ -13,7 +13,7 @@ from clearway.navigators.common.crowd_navigator import CrowdNavigator
 from clearway.navigators.common.route import Seen, with_others
 from clearway.navigators.orca.decision import Rules, choose
 from clearway.navigators.orca.parameters import Parameters
-from clearway.robots import DriveLimits, Robot
+from clearway.robots import DriveLimits
 
 
 class Orca(CrowdNavigator[Parameters]):
@@ -26,9 +26,7 @@ class Orca(CrowdNavigator[Parameters]):
         ClearwayError: An option is wrong.
     """
 
-    def read_parameters(self, robot: Robot | None) -> Parameters:
-        """See `CrowdNavigator`."""
-        return Parameters.read(robot, **self._options)
+    parameters = Parameters
 
     def _prepare(self, limits: DriveLimits, period: float) -> None:
         p = self._parameters

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pydantic import Field
 
+from clearway.navigators.common.crowd_navigator import CrowdParameters
 from clearway.quantities import NonNegative, Positive, Whole
-from clearway.robots import RobotTable
 
 
-class Parameters(RobotTable):
+class Parameters(CrowdParameters):
     """Everything under `[navigators.orca]`."""
 
     TABLE = "navigators.orca"
@@ -22,15 +22,9 @@ class Parameters(RobotTable):
     share: float = Field(
         default=0.5, ge=0, le=1, description="of avoiding what moves, as it falls to the robot; 0.5 where it looks too"
     )
-    padding: NonNegative = Field(default=0.02, description="kept beyond the robot's radius, m")
     tracking_error: Positive = Field(
         default=0.1,
         description="epsilon: how far the base may get off the velocity that it follows, m; the radius grows by it",
-    )
-    tracking_time: Positive = Field(default=0.5, description="T, in which it turns to that velocity, s")
-    ahead: Positive = Field(default=2.0, description="how far along its way it heads, m")
-    turns: bool = Field(
-        default=True, description="whether a base that moves to its sides as well turns to where it wants to go"
     )
     arrival_time: NonNegative = Field(
         default=0.0,

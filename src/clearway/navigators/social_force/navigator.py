@@ -16,7 +16,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.crowd_navigator import CrowdNavigator
 from clearway.navigators.common.route import Seen, with_others
 from clearway.navigators.social_force.parameters import Parameters
-from clearway.robots import DriveLimits, Robot
+from clearway.robots import DriveLimits
 
 
 class SocialForceNavigator(CrowdNavigator[Parameters]):
@@ -29,9 +29,7 @@ class SocialForceNavigator(CrowdNavigator[Parameters]):
         ClearwayError: An option is wrong.
     """
 
-    def read_parameters(self, robot: Robot | None) -> Parameters:
-        """See `CrowdNavigator`."""
-        return Parameters.read(robot, **self._options)
+    parameters = Parameters
 
     def _prepare(self, limits: DriveLimits, period: float) -> None:
         self._model = self._parameters.model()

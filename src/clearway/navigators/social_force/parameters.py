@@ -5,11 +5,11 @@ from __future__ import annotations
 from pydantic import Field
 
 from clearway.crowds.social_force import MOUSSAID, SocialForce
+from clearway.navigators.common.crowd_navigator import CrowdParameters
 from clearway.quantities import NonNegative, Positive
-from clearway.robots import RobotTable
 
 
-class Parameters(RobotTable):
+class Parameters(CrowdParameters):
     """Everything under `[navigators.social-force]`."""
 
     TABLE = "navigators.social-force"
@@ -24,16 +24,8 @@ class Parameters(RobotTable):
         default=MOUSSAID.wall_strength, description="of the map's walls and what stands, m/s^2"
     )
     wall_span: Positive = Field(default=MOUSSAID.wall_span, description="on which that falls by 1/e, m")
-    padding: NonNegative = Field(default=0.02, description="kept beyond the robot's radius, m")
-    tracking_time: Positive = Field(
-        default=0.5, description="in which the base turns to the velocity that it follows, s"
-    )
-    ahead: Positive = Field(default=2.0, description="how far along its way it heads, m")
-    turns: bool = Field(
-        default=True, description="whether a base that moves to its sides as well turns to where it wants to go"
-    )
 
     def model(self) -> SocialForce:
-        """The first eight, as the kernels take them."""
+        """Its own eight, as the kernels take them."""
         names = type(self).model_fields.keys() & SocialForce._fields
         return MOUSSAID._replace(**{name: getattr(self, name) for name in names})
