@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,13 +14,12 @@ from clearway.contract import EventKind
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.alignment import frames
-from clearway.recordings.alignment.clocks import Offset
 from clearway.recordings.lab import contacts
 from clearway.recordings.lab.actions import legs_told
 from clearway.recordings.lab.lab import ROBOT, Lab, cut
 from clearway.recordings.lab.legs import FoundLeg, find_legs
 from clearway.recordings.lab.outcome import going_on, outcome_of, unseen_ends
-from clearway.recordings.lab.robot_log import goals_sent, offset_of, own_view
+from clearway.recordings.lab.robot_log import Offsets, Recordings, goals_sent, offset_of, own_view
 from clearway.recordings.lab.surroundings import fixtures, obstacles
 from clearway.recordings.lab.test_plan import LegPlanSpec, RecordedTrialSpec, by_number
 from clearway.recordings.lab.unseen import unseen_contacts
@@ -74,86 +73,93 @@ def unusable(lab: Lab, index: int, why: ClearwayError) -> Trial:
     )
 
 
-def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
+class _Measured(NamedTuple):
+    """What was measured of the robot in a trial, and by what.
+
+    Attributes:
+        files: By the names of the sources.
+        recordings: What they hold.
+        offsets: What to add to the clock of each other source to have that of the robot's.
+        motion: The robot's, within the trial's span.
+        keep: (n,) indices of its samples that the trial has.
+        tie: How the frame of the robot's source lies in the map, None if nobody says.
+    """
+
+    files: Mapping[str, str]
+    recordings: Recordings
+    offsets: Offsets
+    motion: Motion
+    keep: Any
+    tie: frames.Tie | None
+
+
+def _measured(lab: Lab, spec: RecordedTrialSpec) -> _Measured:
     files = lab.files(spec)
     recordings = {name: lab.recording(name, file) for name, file in files.items()}
     source = lab.source_of(ROBOT)
     if source not in recordings:
         raise ClearwayError(f"the trial has no file of the source {source!r}, which measures the robot", field="files")
-    offsets: dict[str, Offset] = {}
     whole, tie = lab.motion(ROBOT, recordings[source])
     if source != lab.first:  # the trial's span is on the first source's clock
         raise ClearwayError(f"the first source has to measure the robot; it is {source!r}", field="robot.source")
     motion = cut(whole, spec.span, file=recordings[source].file)
-    for name, recording in recordings.items():
-        if name != source:
-            offsets[name] = offset_of(lab, name, recording, recordings[source], motion, whole)
-    keep = _thin(motion.t, lab.plan.test.rate)
-    t = motion.t[keep]
+    offsets = {
+        name: offset_of(lab, name, recording, recordings[source], motion, whole)
+        for name, recording in recordings.items()
+        if name != source
+    }
+    return _Measured(files, recordings, offsets, motion, _thin(motion.t, lab.plan.test.rate), tie)
+
+
+def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
+    measured = _measured(lab, spec)
+    _, recordings, offsets, motion, keep, tie = measured
+    t, pose = motion.t[keep], motion.wrapped[keep]
     zero = float(t[0])
-    known = tie is not None
+    since = t - zero
+    known, linked = tie is not None, lab.linked(ROBOT)
     sent = goals_sent(lab, recordings, offsets, (float(motion.t[0]), float(motion.t[-1])))
     aimed = sent is not None or any(leg.goal is not None for leg in lab.plan.legs_of(spec))
-    linked = lab.linked(ROBOT)
     legs = _legs(lab, spec, sent, tied=known and linked)
     around = obstacles(lab, spec, recordings, offsets, t, tied=known)
     found = _found(lab, spec, legs, motion, sent, untied=aimed and not known)
-    spans = tuple(
-        Span(f.leg, min(max(f.start - zero, 0.0), t[-1] - zero), min(max(f.end - zero, 0.0), t[-1] - zero), f.reached)
-        for f in found
-    )
+    spans = tuple(_span(f, zero, since[-1]) for f in found)
     attempt = _attempt(lab, spec, legs, (*fixtures(lab, known), *around.bodies), float(np.median(np.diff(t))))
-    pose = motion.wrapped[keep]
     if not linked:
         pose[:, 2] = np.nan
         attempt = replace(attempt, footprint=None)
-    sigma = None
-    if motion.sigma is not None:
-        sigma = np.concatenate([motion.sigma[keep][:, None], around.sigma], axis=1)
+    sigma = None if motion.sigma is None else np.concatenate([motion.sigma[keep][:, None], around.sigma], axis=1)
     common = None if tie is None or sigma is None else frames.uncertainty(tie, motion.pose[keep])
-    events = contacts.assess(attempt, t - zero, pose, around.moving_obstacles, sigma, common)
-    events = (
-        *events,
-        *unseen_contacts(attempt, t - zero, pose, around.moving_obstacles, sigma, _tested(found, t)),
+    touched = (
+        *contacts.assess(attempt, since, pose, around.moving_obstacles, sigma, common),
+        *unseen_contacts(attempt, since, pose, around.moving_obstacles, sigma, _tested(found, t)),
     )
-    events = (*sorted(events, key=lambda e: e.t), *(e for f in found for e in unseen_ends(legs[f.leg], f, zero)))
     outcome, reason, events = outcome_of(
-        spec, legs, spans, events, float(t[-1] - zero), zero=zero, going=going_on(motion)
+        spec,
+        legs,
+        spans,
+        (*sorted(touched, key=lambda e: e.t), *(e for f in found for e in unseen_ends(legs[f.leg], f, zero))),
+        float(since[-1]),
+        zero=zero,
+        going=going_on(motion),
     )
     estimates, shown = own_view(lab, recordings, offsets, t)
     told = {
-        "clearway": version_of("clearway"),
-        "test_plan": lab.path.name,
-        "sources": {
-            name: {
-                "file": files[name],
-                "sha256": lab.digest(files[name]),
-                "format": r.format,
-                "notes": list(r.notes),
-            }
-            for name, r in recordings.items()
-        },
-        "frame": tie.note if tie is not None else UNTIED if aimed else None,
-        "clock": {name: asdict(o) for name, o in offsets.items()},
-        "base_link": "" if linked else UNLINKED,
+        **_origin(lab, measured, aimed=aimed),
         "motion": {ROBOT: motion.told} | dict(around.told),
         "legs": [f"{legs[f.leg].name}: {f.why}" for f in found],
-        "conditions": _conditions(lab, spec),
-        "start": spec.start,
-        TOUCHED: spec.touched,
-        HELPED: spec.helped,
-        "note": spec.note,
+        **_noted(lab, spec),
     }
     if spec.video:  # s of the video at which the trial begins
         told["video"] = {"file": spec.video, "start": zero + (spec.video_offset or 0.0)}
     return Trial(
         attempt=attempt,
-        t=t - zero,
+        t=since,
         pose=pose,
         velocity=motion.velocity[keep],
         estimate=estimates,
         command=None,
-        leg=_leg_at(t - zero, spans),
+        leg=_leg_at(since, spans),
         moving_obstacles=around.moving_obstacles,
         spans=spans,
         events=events,
@@ -184,15 +190,7 @@ def _unrecorded(lab: Lab, spec: RecordedTrialSpec, why: str = "") -> Trial:
         events=events,
         outcome=outcome,
         reason=f"{reason or 'attempted'}{'; ' if reason or why else ', '}{why or NOT_RECORDED}",
-        provenance={
-            "clearway": version_of("clearway"),
-            "test_plan": lab.path.name,
-            "conditions": _conditions(lab, spec),
-            "start": spec.start,
-            TOUCHED: spec.touched,
-            HELPED: spec.helped,
-            "note": spec.note,
-        },
+        provenance={**_plan(lab), **_noted(lab, spec)},
     )
 
 
@@ -279,6 +277,12 @@ def _tested(found: Sequence[FoundLeg], t: FloatArray) -> tuple[float, float]:
     return first.start - first.unseen[0] - float(t[0]), end - float(t[0])
 
 
+def _span(found: FoundLeg, zero: float, end: float) -> Span:
+    """The same in s since the trial began at `zero` [s], within the trial, which ends then at `end`."""
+    start, stop = (min(max(at - zero, 0.0), end) for at in (found.start, found.end))
+    return Span(found.leg, start, stop, found.reached)
+
+
 def _leg_at(t: FloatArray, spans: Sequence[Span]) -> Any:
     """(n,) int: the leg that was driven at t; before the first one it, between two the one before."""
     leg = np.zeros(len(t), dtype=np.int64)
@@ -322,6 +326,40 @@ def _attempt(
     )
 
 
-def _conditions(lab: Lab, spec: RecordedTrialSpec) -> dict[str, str]:
+# --- where it comes from ---------------------------------------------------------------------------------------------
+
+
+def _plan(lab: Lab) -> dict[str, Any]:
+    return {"clearway": version_of("clearway"), "test_plan": lab.path.name}
+
+
+def _origin(lab: Lab, measured: _Measured, *, aimed: bool) -> dict[str, Any]:
+    """What was recorded by what, and how it was put together; `aimed` if there is a goal in the map."""
+    tie = measured.tie
+    return {
+        **_plan(lab),
+        "sources": {
+            name: {
+                "file": measured.files[name],
+                "sha256": lab.digest(measured.files[name]),
+                "format": recording.format,
+                "notes": list(recording.notes),
+            }
+            for name, recording in measured.recordings.items()
+        },
+        "frame": tie.note if tie is not None else UNTIED if aimed else None,
+        "clock": {name: asdict(offset) for name, offset in measured.offsets.items()},
+        "base_link": "" if lab.linked(ROBOT) else UNLINKED,
+    }
+
+
+def _noted(lab: Lab, spec: RecordedTrialSpec) -> dict[str, Any]:
+    """What the plan and the operator say of it."""
     whole = lab.plan.conditions.model_dump()
-    return {name: getattr(spec, name) or value for name, value in whole.items() if getattr(spec, name) or value}
+    return {
+        "conditions": {name: said for name, value in whole.items() if (said := getattr(spec, name) or value)},
+        "start": spec.start,
+        TOUCHED: spec.touched,
+        HELPED: spec.helped,
+        "note": spec.note,
+    }
