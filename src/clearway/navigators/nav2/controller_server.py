@@ -23,7 +23,7 @@ from clearway.navigators.nav2.goal_checkers import make_goal_checker
 from clearway.navigators.nav2.parameters import servers as parameters
 from clearway.navigators.nav2.parameters.branch import Branch
 from clearway.navigators.nav2.path_handler import make_path_handler, path_length
-from clearway.navigators.nav2.plugins import make_controller, top_speed
+from clearway.navigators.nav2.plugins import chosen, make_controller, top_speed
 from clearway.navigators.nav2.progress_checkers import make_progress_checker
 from clearway.navigators.nav2.seams import (
     Controller,
@@ -237,12 +237,10 @@ class ControllerServer:
 
 
 def _found(role: str, name: str, plugins: dict[str, _Plugin]) -> _Plugin:
-    """The plug-in of a name; of an empty one the only plug-in."""
-    if not name and len(plugins) == 1:
-        return next(iter(plugins.values()))
-    if name not in plugins:
+    plugin = chosen(name, plugins)
+    if plugin is None:
         raise _Aborted(Error.INVALID_CONTROLLER, f"there is no {role} {name!r}; there are {', '.join(plugins)}")
-    return plugins[name]
+    return plugin
 
 
 @kernel

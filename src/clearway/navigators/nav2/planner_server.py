@@ -23,7 +23,7 @@ from clearway.navigators.nav2.behavior_tree.servers import Error, Job, Validity
 from clearway.navigators.nav2.costmaps.costmap import Costmap
 from clearway.navigators.nav2.parameters import servers as parameters
 from clearway.navigators.nav2.parameters.branch import Branch
-from clearway.navigators.nav2.plugins import make_planner
+from clearway.navigators.nav2.plugins import chosen, make_planner
 from clearway.navigators.nav2.seams import CostView, GoalOccupied, NoPath, Planner, StartOccupied
 
 
@@ -99,9 +99,7 @@ class PlannerServer:
         Raises:
             _Failed: there is none.
         """
-        planner = self._planners.get(name)
-        if planner is None and not name and len(self._planners) == 1:
-            planner = next(iter(self._planners.values()))
+        planner = chosen(name, self._planners)
         if planner is None:
             raise _Failed(Error.INVALID_PLANNER, f"there is no planner {name!r}")
         view = self._costmap.view()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TypeVar
+
 import numpy as np
 
 from clearway.navigators.nav2.controllers.dwb.controller import DWB
@@ -23,6 +26,13 @@ from clearway.navigators.nav2.planners.parameters import (
 from clearway.navigators.nav2.planners.smac_2d import Smac2D
 from clearway.navigators.nav2.planners.smac_hybrid import SmacHybrid
 from clearway.navigators.nav2.seams import Controller, Planner
+
+_Plugin = TypeVar("_Plugin")
+
+
+def chosen(name: str, plugins: Mapping[str, _Plugin]) -> _Plugin | None:
+    """A server's plug-in of that name, of an empty one its only plug-in; None: it has none such."""
+    return next(iter(plugins.values())) if not name and len(plugins) == 1 else plugins.get(name)
 
 
 def make_controller(branch: Branch, frequency: float, rng: np.random.Generator) -> Controller:

@@ -18,6 +18,7 @@ from clearway.navigators.nav2.behavior_tree.servers import Error, Job
 from clearway.navigators.nav2.costmaps.costmap import Costmap
 from clearway.navigators.nav2.footprint import cost_at_pose
 from clearway.navigators.nav2.parameters.branch import Branch
+from clearway.navigators.nav2.plugins import chosen
 from clearway.navigators.nav2.simple_smoother import SimpleSmoother, smoothed
 
 
@@ -54,9 +55,7 @@ class SmootherServer:
             return
         self._job = None
         request: SmoothRequest = job.request
-        smoother = self._smoothers.get(request.smoother)
-        if smoother is None and not request.smoother and len(self._smoothers) == 1:
-            smoother = next(iter(self._smoothers.values()))
+        smoother = chosen(request.smoother, self._smoothers)
         if smoother is None:
             known = ", ".join(map(repr, self._smoothers)) or "none"
             job.abort(Error.GOAL_REJECTED, f"there is no smoother {request.smoother!r}; smoother_server has {known}")
