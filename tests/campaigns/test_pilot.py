@@ -27,20 +27,13 @@ from clearway.scenarios.suites import load_suite
 from clearway.trials import Outcome
 from clearway.trials.differences import first_difference
 from clearway.world import simulate
+from perceived import exact
 
 ROBOT = load_robot("tiago")
 GRID = OccupancyGrid(np.zeros((2, 2), np.int8), 0.05, (0.0, 0.0))
 GOAL = Goal(np.zeros(3), 0.1, 0.1)
 SCAN = Scan(np.ones(3), 0.0, 0.1, 0.0, 5.0, np.zeros(3))
-DISCS = Obstacles(
-    np.zeros((1, 2)),
-    np.zeros((1, 2)),
-    np.ones(1),
-    np.zeros(1),
-    np.zeros(1),
-    np.zeros(1, np.int64),
-    np.zeros(1, np.bool_),
-)
+DISCS = exact((0.0, 0.0), radius=1.0, moving=False)
 
 
 class Recorder:

@@ -20,6 +20,7 @@ from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.forecaster import Forecaster
 from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.shapes import FloatArray
+from perceived import exact
 
 STEP, AHEAD = 0.25, 12
 ORCA, FORCE, BOTH = ["orca"], ["social-force"], ["orca", "social-force"]
@@ -48,11 +49,8 @@ def circle(rule: str, people: int, periods: int, pace: float = 1.0) -> tuple[Flo
 
 
 def seen(place: FloatArray, before: FloatArray, order: np.ndarray | None = None) -> Obstacles:
-    n = len(place)
-    who = np.arange(n) if order is None else order
-    return Obstacles(
-        place[who], (place - before)[who] / STEP, np.full(n, 0.3), np.zeros(n), np.zeros(n), who, np.ones(n, np.bool_)
-    )
+    who = np.arange(len(place)) if order is None else order
+    return exact(place[who], (place - before)[who] / STEP, 0.3, identity=who)
 
 
 def forecasts(ways: FloatArray, avoidance: Any, order: np.ndarray | None = None, hypotheses: int = 3) -> list[Forecast]:

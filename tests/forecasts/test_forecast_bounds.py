@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from perceived import obstacles
 
 from clearway.forecasts import bounds
 from clearway.forecasts.forecaster import Forecaster
 from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.shapes import FloatArray
+from perceived import obstacles
 
 V, A = 4.4, 1.8
 FINE = 0.01

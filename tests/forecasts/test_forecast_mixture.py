@@ -7,7 +7,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from perceived import obstacles
 from scipy.stats import ncx2
 
 from clearway.forecasts.forecast import Forecast
@@ -15,6 +14,7 @@ from clearway.forecasts.forecaster import Forecaster
 from clearway.forecasts.models import models
 from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.shapes import FloatArray
+from perceived import obstacles
 
 T, ERROR, N = 0.15, 0.01, 400
 LOOKS = [5, 10, 20, 30]

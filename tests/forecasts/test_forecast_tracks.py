@@ -6,12 +6,12 @@ import time
 
 import numpy as np
 import pytest
-from perceived import obstacles
 
 from clearway.errors import ClearwayError
 from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
+from perceived import obstacles
 
 T = 0.15
 

@@ -19,7 +19,7 @@ import clearway
 import clearway.learning
 from clearway.campaigns.pilot import compose
 from clearway.campaigns.plan import CampaignPlan, granted_map
-from clearway.contract import Command, Goal, Need, Observation, Obstacles, Scan, Task
+from clearway.contract import Command, Goal, Need, Observation, Scan, Task
 from clearway.errors import ClearwayError
 from clearway.indicators import score_row
 from clearway.learning.episode import Episode
@@ -34,6 +34,7 @@ from clearway.scenarios.suites import load_suite, suite_names
 from clearway.trials import Outcome, Trial
 from clearway.world import simulate_all
 from clearway.world.drive import Driver
+from perceived import exact
 
 CROWD: dict[str, Any] = {"batches": ("circle-invisible",), "obstacles": 5}
 
@@ -406,10 +407,7 @@ def test_what_is_seen_is_in_the_robots_frame(theta: float, x: float, y: float) -
     pose = np.array((x, y, theta))
     c, s = math.cos(theta), math.sin(theta)
     ahead = np.array(((x + 2.0 * c, y + 2.0 * s), (x - 3.0 * s, y + 3.0 * c)))  # 2 m ahead, 3 m to the left
-    obstacles = Obstacles(
-        position=ahead[::-1].copy(), velocity=np.array(((c, s), (-s, c))), radius=np.array((0.5, 0.25)), error=np.zeros(2),
-        velocity_error=np.zeros(2), identity=np.arange(2), moving=np.ones(2, bool),
-    )  # fmt: skip
+    obstacles = exact(ahead[::-1], ((c, s), (-s, c)), (0.5, 0.25))
     ranges = np.array((math.inf, 4.0, 3.0, 9.0, 1.0, 2.0))
     scan = Scan(ranges, -1.0, 0.4, 0.05, 8.0, np.zeros(3))
     goal = Goal(np.array((*ahead[0], theta + 0.5)), 0.1, 0.2)

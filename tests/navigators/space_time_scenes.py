@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+import perceived
 from clearway.contract import Budget, Command, Goal, Observation, Obstacles, Task
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.motion import arc
@@ -116,13 +117,7 @@ def obstacles(
     names: Any = None,
 ) -> Obstacles:
     """As perceived: whatever is given once holds for all."""
-    at = np.array(position, dtype=np.float64).reshape(-1, 2)
-    n = len(at)
-    return Obstacles(
-        at, np.broadcast_to(np.float64(velocity), (n, 2)).copy(), np.broadcast_to(np.float64(radius), n).copy(),
-        np.broadcast_to(np.float64(error), n).copy(), np.full(n, math.inf),
-        np.arange(n) if names is None else np.array(names, dtype=np.int64), np.broadcast_to(moving, n).copy(),
-    )  # fmt: skip
+    return perceived.obstacles(position, velocity, radius, error=error, identity=names, moving=moving)
 
 
 def goal(x: float, y: float, tolerance: float = 0.2) -> Goal:

@@ -7,10 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from clearway.contract import Goal, Observation, Obstacles, Task
+from clearway.contract import Goal, Observation, Task
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.registry import make_navigator
 from clearway.robots import load_robot
+from perceived import obstacles
 
 PERIOD, RATE = 0.05, 2.0
 AT, WALKS = np.array((3.0, -1.0)), np.array((0.0, 0.8))
@@ -23,15 +24,12 @@ def foreseen(name: str, pivot: float) -> FloatArray:
     navigator, found = make_navigator(name), []
     navigator.reset(Task(PERIOD, 0.5, np.zeros(3)), robot, np.random.default_rng(0))
     goal = Goal(np.array((10.0, 0.0, 0.0)), 0.25, math.inf)
-    one = np.ones(1)
     for k in range(40):
         t = k * PERIOD
         theta, omega = 0.8 * math.sin(RATE * t), 0.8 * RATE * math.cos(RATE * t)
         pose = np.array((pivot * (1.0 - math.cos(theta)), -pivot * math.sin(theta), theta))
         at = AT + t * WALKS
-        seen = Obstacles(
-            at[None], WALKS[None], 0.3 * one, 0.02 * one, 0.3 * one, np.zeros(1, np.int64), np.ones(1, np.bool_)
-        )
+        seen = obstacles(at, WALKS, 0.3, error=0.02, velocity_error=0.3)
         navigator.step(Observation(t, pose, np.array((0.0, omega)), np.array((0.0, 0.0, theta)), goal, obstacles=seen))
         found.append(navigator.diagnostics().circles["forecast"][0, :2])
     return np.array(found)

@@ -15,6 +15,7 @@ from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import Circle, FloatArray, rectangle
 from clearway.perception import TRACKERS, TrackerParameters, make_tracker
 from clearway.robots import Robot
+from perceived import obstacles
 
 GOAL = Goal(np.zeros(3), 0.2, 0.2)
 CAMERA = {"camera": {"range": 4.0, "error": 0.01}, "lidar": None}
@@ -28,13 +29,9 @@ def fresh(name: str, robot: Robot, **task: object):  # type: ignore[no-untyped-d
     return tracker
 
 
-def seen(position: object, identity: object = None, error: float = 0.01, moving: object = None) -> Obstacles:
-    x = np.array(position, dtype=float).reshape(-1, 2)
-    n = len(x)
-    ids = np.arange(n) if identity is None else np.array(identity, dtype=np.int64)
-    moves = np.ones(n, dtype=bool) if moving is None else np.array(moving, dtype=bool)
-    nan = np.full(n, np.nan)
-    return Obstacles(x, np.full((n, 2), np.nan), np.full(n, 0.35), np.where(moves, error, 0.0), nan, ids, moves)
+def seen(position: object, identity: object = None, error: float = 0.01, moving: object = True) -> Obstacles:
+    wrong = np.where(moving, error, 0.0)
+    return obstacles(position, error=wrong, velocity_error=np.nan, identity=identity, moving=moving)
 
 
 def sensing(

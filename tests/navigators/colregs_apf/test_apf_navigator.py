@@ -14,6 +14,7 @@ from clearway.contract import Budget, Goal, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.navigators.colregs_apf import ColregsApf
 from clearway.robots import Robot, load_robot
+from perceived import exact
 
 RESCUE = load_robot("rescue")
 R_OBS = 0.35
@@ -31,10 +32,7 @@ def task(robot: Robot = RESCUE, start: tuple[float, float, float] = (0.0, 0.0, 0
 def discs(rows: Any, moving: bool = True) -> Obstacles:
     """From rows x, y, vx, vy."""
     a = np.array(rows, dtype=float).reshape(-1, 4)
-    n = len(a)
-    return Obstacles(
-        a[:, :2], a[:, 2:], np.full(n, R_OBS), np.zeros(n), np.zeros(n), np.arange(n), np.full(n, moving)
-    )  # fmt: skip
+    return exact(a[:, :2], a[:, 2:], R_OBS, moving=moving)
 
 
 def observe(t: float, pose: Any, obstacles: Obstacles | None, goal: Goal, velocity: Any = (0.0, 0.0)) -> Observation:

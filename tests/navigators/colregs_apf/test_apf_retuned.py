@@ -13,16 +13,13 @@ from clearway.contract import Goal, Observation, Obstacles, Task
 from clearway.navigators.colregs_apf import ColregsApf, RetunedColregsApf, retuned
 from clearway.navigators.registry import make_navigator
 from clearway.robots import load_robot
+from perceived import obstacles
 
 RESCUE = load_robot("rescue")
 
 
 def seen(*places: tuple[float, float], identity: Any = None) -> Obstacles:
-    n = len(places)
-    return Obstacles(
-        np.array(places, dtype=float).reshape(-1, 2), np.zeros((n, 2)), np.full(n, 0.35), np.full(n, 0.01),
-        np.zeros(n), np.arange(n) if identity is None else np.array(identity), np.ones(n, np.bool_),
-    )  # fmt: skip
+    return obstacles(places, 0.0, velocity_error=0.0, identity=identity)
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from clearway.navigators.hl_rrt import HlRrt
 from clearway.navigators.hl_rrt.checking import look
 from clearway.navigators.hl_rrt.following import Body, follow, turn
 from clearway.robots import DriveLimits, Robot, load_robot
+from perceived import exact
 
 pytestmark = pytest.mark.slow
 
@@ -27,10 +28,7 @@ NOTHING = look(np.empty((0, 3)), 0.0, 0.0, 3.5, 0.5)
 
 def seen(discs: Any) -> Obstacles:
     d = np.array(discs, float).reshape(-1, 3)
-    n = len(d)
-    return Obstacles(
-        d[:, :2], np.zeros((n, 2)), d[:, 2], np.zeros(n), np.zeros(n), np.arange(n), np.zeros(n, np.bool_)
-    )  # fmt: skip
+    return exact(d[:, :2], radius=d[:, 2], moving=False)
 
 
 def make(robot: Robot = RESCUE, budget: Budget = Budget(), **options: Any) -> HlRrt:  # noqa: B008

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from arcs import step_arc
-from clearway.contract import Budget, Goal, Observation, Obstacles, Task
+from clearway.contract import Budget, Goal, Observation, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import turn_between
 from clearway.navigators.hp_tmpc import HpTmpc
@@ -16,6 +16,7 @@ from clearway.navigators.hp_tmpc.navigator import _settings
 from clearway.navigators.hp_tmpc.parameters import Parameters
 from clearway.navigators.hp_tmpc.tube_mpc.posing import obstacle_rows
 from clearway.robots import load_robot
+from perceived import exact
 
 ROBOT = load_robot("rescue:unlimited")
 C = ROBOT.period
@@ -24,11 +25,7 @@ C = ROBOT.period
 def discs(*rows, moving=False, velocity=(0.0, 0.0)):
     """Obstacles of rows (x, y, radius)."""
     table = np.array(rows, dtype=np.float64).reshape(-1, 3)
-    n = len(table)
-    return Obstacles(
-        table[:, :2], np.tile(np.array(velocity, dtype=np.float64), (n, 1)), table[:, 2], np.zeros(n), np.zeros(n),
-        np.arange(n), np.full(n, moving),
-    )  # fmt: skip
+    return exact(table[:, :2], velocity, table[:, 2], moving=moving)
 
 
 def task(robot=ROBOT, speed=1.0, **given):

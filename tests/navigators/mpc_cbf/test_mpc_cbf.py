@@ -9,7 +9,7 @@ import pytest
 
 from clearway.campaigns.campaign import run_campaign
 from clearway.campaigns.plan import CampaignPlan
-from clearway.contract import Budget, Goal, Latency, Observation, Obstacles, Status, Task
+from clearway.contract import Budget, Goal, Latency, Observation, Status, Task
 from clearway.crowds.walls import walls_of
 from clearway.errors import ClearwayError
 from clearway.forecasts.forecaster import Forecaster
@@ -22,6 +22,7 @@ from clearway.navigators.mpc_cbf import MpcCbf
 from clearway.navigators.mpc_cbf.decision import Settings, barriers, pose_problem
 from clearway.robots import DriveLimits, load_robot
 from clearway.scenarios.suite import Selection
+from perceived import exact
 
 pytestmark = pytest.mark.slow  # compiles for long
 
@@ -52,14 +53,6 @@ def heights(problem, states):
     return ((at - rows[..., :2]) ** 2).sum(2) - rows[..., 2] ** 2
 
 
-def seen(places, velocities, radius=0.3, moving=True):
-    n = len(places)
-    return Obstacles(
-        np.array(places, float).reshape(n, 2), np.array(velocities, float).reshape(n, 2), np.full(n, radius), np.zeros(n),
-        np.zeros(n), np.arange(n), np.full(n, moving),
-    )  # fmt: skip
-
-
 def drive(navigator, discs, duration, goal=(5.0, 0.0), late=0, grid=None):
     """The robot from the origin to `goal` among `discs(t)`, sensing and acting `late` periods late; its poses, commands, the
     smallest gap, whether it arrived."""
@@ -85,7 +78,7 @@ def drive(navigator, discs, duration, goal=(5.0, 0.0), late=0, grid=None):
 
 
 def nobody(t):
-    return seen([], [])
+    return exact()
 
 
 @pytest.mark.parametrize("gamma", [0.03, 0.1, 0.3])
@@ -143,12 +136,12 @@ def test_a_short_horizon_without_barriers_sees_too_late():
 def test_exactly_head_on_it_stands_before_what_stands_and_a_little_aside_it_passes():
     """The deadlock of the symmetric meeting: to neither side does the cost fall. What counts as one that can move is not
     planned around by the way, so the controller alone has to get past it."""
-    stuck, _, gap, arrived = drive(MpcCbf(), lambda t: seen([(2.5, 0.0)], [(0.0, 0.0)]), 15.0)
+    stuck, _, gap, arrived = drive(MpcCbf(), lambda t: exact((2.5, 0.0), radius=0.3), 15.0)
     assert not arrived
     assert gap > 0.0
     assert abs(stuck[-1, 1]) < 1e-6
     assert np.hypot(*(stuck[-1] - stuck[-20])[:2]) < 0.05
-    _, _, gap, arrived = drive(MpcCbf(), lambda t: seen([(2.5, 0.3)], [(0.0, 0.0)]), 15.0)
+    _, _, gap, arrived = drive(MpcCbf(), lambda t: exact((2.5, 0.3), radius=0.3), 15.0)
     assert arrived
     assert gap > 0.0
 
@@ -156,7 +149,7 @@ def test_exactly_head_on_it_stands_before_what_stands_and_a_little_aside_it_pass
 def test_it_brakes_and_says_so_where_nothing_keeps_the_barriers():
     """Somebody runs at it, and nothing that it can do keeps (10f): there it stands, and does not run through."""
     here = MpcCbf(reverse=False)
-    poses, commands, _, _ = drive(here, lambda t: seen([(4.0 - 2.5 * t, 0.0)], [(-2.5, 0.0)]), 1.5)
+    poses, commands, _, _ = drive(here, lambda t: exact((4.0 - 2.5 * t, 0.0), (-2.5, 0.0), 0.3), 1.5)
     assert np.mean([c.status == Status.BRAKING for c in commands]) > 0.7
     assert np.hypot(*poses[-1, :2]) < 0.05
     assert here.diagnostics().status == Status.BRAKING
@@ -167,7 +160,7 @@ def test_it_gets_past_whoever_crosses(late):
     """Who comes to its senses 0.2 s late and acts 0.2 s later, too."""
 
     def crossing(t):
-        return seen([(2.5, 2.0 - 0.8 * t), (4.0, -2.6 + 0.6 * t)], [(0.0, -0.8), (0.0, 0.6)])
+        return exact([(2.5, 2.0 - 0.8 * t), (4.0, -2.6 + 0.6 * t)], [(0.0, -0.8), (0.0, 0.6)], 0.3)
 
     _, _, gap, arrived = drive(MpcCbf(), crossing, 20.0, late=late)
     assert arrived
@@ -184,7 +177,7 @@ def test_around_what_stands_and_through_a_door():
     inside = (poses[:, 0] > 2.5) & (poses[:, 0] < 2.7)
     assert (poses[inside, 1] > 0.8 + RADIUS - 0.03).all()
     assert (poses[inside, 1] < 2.0 - RADIUS + 0.03).all()
-    _, _, gap, arrived = drive(MpcCbf(), lambda t: seen([(2.5, 0.05)], [(0.0, 0.0)], moving=False), 20.0)
+    _, _, gap, arrived = drive(MpcCbf(), lambda t: exact((2.5, 0.05), radius=0.3, moving=False), 20.0)
     assert arrived
     assert gap > 0.0
 
@@ -223,7 +216,7 @@ def test_its_budget_ends_the_search_and_is_told():
     task = Task(PERIOD, 1.0, np.zeros(3), budget=Budget(iterations=3))
     navigator.reset(task, ROBOT, np.random.default_rng(0))
     goal, pose = Goal(np.array((5.0, 0.0, 0.0)), 0.2, math.pi), np.zeros(3)
-    near = seen([(0.9, 0.2), (0.8, -0.7)], [(-0.5, 0.0), (0.0, 0.5)])
+    near = exact([(0.9, 0.2), (0.8, -0.7)], [(-0.5, 0.0), (0.0, 0.5)], 0.3)
     command = navigator.step(Observation(0.0, pose, np.array((0.5, 0.0)), pose, goal, None, near))
     assert command.cut
     assert navigator.diagnostics().iterations <= 3

@@ -9,7 +9,7 @@ import mppi_forecast_oracle as oracle
 import numpy as np
 import pytest
 
-from clearway.contract import Goal, Latency, Observation, Obstacles, Task
+from clearway.contract import Goal, Latency, Observation, Task
 from clearway.crowds.ways import Room, ways_to, with_discs
 from clearway.errors import ClearwayError
 from clearway.geometry.footprint import footprint
@@ -22,6 +22,7 @@ from clearway.navigators.mppi_forecast.decision import Sampler, Settings
 from clearway.navigators.mppi_forecast.navigator import _rim
 from clearway.navigators.mppi_forecast.rollout import Drawn, make_room, roll_out
 from clearway.robots import DriveLimits, load_robot
+from perceived import obstacles
 
 pytestmark = pytest.mark.slow  # compiles for long
 
@@ -186,14 +187,6 @@ def test_the_mean_of_two_good_ways_round_leads_into_who_comes():
     assert costs[0] > best + 3.0
 
 
-def perceived(place, velocity, radius=0.3):
-    n = len(place)
-    return Obstacles(
-        np.array(place, float).reshape(n, 2), np.array(velocity, float).reshape(n, 2), np.full(n, radius), np.full(n, 0.01),
-        np.full(n, 0.05), np.arange(n), np.ones(n, np.bool_),
-    )  # fmt: skip
-
-
 def drive_past(robot, seed=0, latency=0.0, seconds=20.0, **options):
     """Poses on the way past two that cross, and the least distance to them, m."""
     navigator, period = MppiForecast(**{"samples": 300, **options}), 0.2
@@ -208,7 +201,7 @@ def drive_past(robot, seed=0, latency=0.0, seconds=20.0, **options):
     begin, way = np.array(((3.0, -3.0), (4.5, 3.0))), np.array(((0.0, 0.9), (0.0, -0.8)))
     for k in range(round(seconds / period)):
         place = begin + k * period * way
-        seen = perceived(place, way)
+        seen = obstacles(place, way, 0.3, velocity_error=0.05)
         told = velocity if limits.kind == "omnidirectional" else velocity[:2]
         observation = Observation(k * period, pose, told[[0, 2, 1]] if len(told) == 3 else velocity[[0, 2]], pose, goal, obstacles=seen)  # fmt: skip
         command = navigator.step(observation)

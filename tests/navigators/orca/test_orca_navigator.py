@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.contract import Goal, Latency, Observation, Obstacles, Task
+from clearway.contract import Goal, Latency, Observation, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.motion import arc
@@ -18,6 +18,7 @@ from clearway.navigators.orca import Orca
 from clearway.navigators.orca.decision import SIDES, Rules, followed
 from clearway.navigators.social_force import SocialForceNavigator
 from clearway.robots import load_robot, possible
+from perceived import exact
 
 RADIUS, PERIOD = 0.25, 0.1
 ROBOT = load_robot("rescue").model_copy(update={"period": PERIOD})
@@ -66,12 +67,8 @@ def test_velocities_of_the_polygon_are_followed_as_exactly_as_they_are_to_be(the
 def others(poses, velocities, but):
     """What robot `but` perceives of the others."""
     mask = np.arange(len(poses)) != but
-    n = int(mask.sum())
     heading = np.column_stack((np.cos(poses[mask, 2]), np.sin(poses[mask, 2])))
-    return Obstacles(
-        poses[mask, :2].copy(), velocities[mask, :1] * heading, np.full(n, RADIUS), np.zeros(n), np.zeros(n),
-        np.flatnonzero(mask), np.ones(n, bool),
-    )  # fmt: skip
+    return exact(poses[mask, :2], velocities[mask, :1] * heading, RADIUS, identity=np.flatnonzero(mask))
 
 
 def drive(navigators, poses, goals, duration, sees=others):
@@ -124,10 +121,7 @@ def test_around_what_stands_in_the_way(make):
     """A disc that stands before the goal, and none of it on any map."""
 
     def sees(poses, velocities, i):
-        return Obstacles(
-            np.array(((0.0, 0.05),)), np.zeros((1, 2)), np.full(1, 0.4), np.zeros(1), np.zeros(1), np.zeros(1, np.int64),
-            np.zeros(1, bool),
-        )  # fmt: skip
+        return exact((0.0, 0.05), radius=0.4, moving=False)
 
     _, poses, arrived = drive([make()], np.array(((-3.0, 0.0, 0.0),)), [(3.0, 0.0)], 20.0, sees)
     assert arrived.all()
@@ -162,10 +156,7 @@ def test_an_omnidirectional_base_goes_to_its_side_at_once(make):
     navigator, pose = make(), np.zeros(3)
     navigator.reset(Task(PERIOD, 0.5, pose), pepper, np.random.default_rng(0))
     goal = Goal(np.array((0.0, 3.0, 0.0)), 0.2, math.pi)
-    nothing = Obstacles(
-        np.empty((0, 2)), np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0), np.empty(0, np.int64),
-        np.empty(0, bool),
-    )  # fmt: skip
+    nothing = exact()
     command = navigator.step(Observation(0.0, pose, np.zeros(3), pose, goal, None, nothing))
     assert command.v_y == pytest.approx(0.5, abs=0.01)
     assert abs(command.v) < 0.05
@@ -190,9 +181,7 @@ def test_who_senses_and_acts_late_decides_for_when_its_command_is_followed(made,
     def command(latency, pose, x):
         navigator = made()
         navigator.reset(Task(robot.period, 0.8, pose.copy(), latency=latency), robot, np.random.default_rng(0))
-        seen = Obstacles(
-            np.array(((x, 2.3),)), np.array(((-0.6, 0.0),)), np.array((0.3,)), np.zeros(1), np.zeros(1), np.zeros(1, np.int64), np.ones(1, bool)
-        )  # fmt: skip
+        seen = exact((x, 2.3), (-0.6, 0.0), 0.3)
         goal = Goal(np.array((9.0, 2.0, 0.0)), 0.2, math.pi)
         c = navigator.step(Observation(0.0, pose.copy(), velocity.copy(), pose.copy(), goal, None, seen))
         return c.v, c.omega, c.v_y
