@@ -12,6 +12,11 @@ from clearway.contract import Observation, Obstacles, Task
 from clearway.geometry.shapes import FloatArray
 from clearway.robots import Robot
 
+NOTHING = Obstacles(
+    np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.bool_)
+)  # fmt: skip
+"""No obstacle."""
+
 
 def finite(name: str, values: npt.ArrayLike, count: int = 3) -> FloatArray:
     """A copy of a pose (3,) or of something else that has `count` numbers.

@@ -13,6 +13,7 @@ from clearway.crowds.bodies import Bodies
 from clearway.crowds.ways import COMFORT, Room, Ways, room_of, way_point, ways_to, with_discs
 from clearway.geometry.grid import FREE, OccupancyGrid
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.inputs import NOTHING
 from clearway.robots import DriveLimits
 
 REPLAN = 1.0
@@ -60,7 +61,7 @@ def seen(obstacles: Obstacles | None, mapped: bool) -> Seen:
 def unmapped(obstacles: Obstacles | None, mapped: bool) -> Obstacles:
     """Those that the map does not show anyway; `mapped` as in `seen`."""
     if obstacles is None:
-        return _NOTHING
+        return NOTHING
     if not mapped:
         return obstacles
     keep = obstacles.moving | (obstacles.velocity_error != 0.0)
@@ -149,8 +150,3 @@ class Route:
         x0, y0, x1, y1 = self._task.area or (*(ends.min(0) - _AROUND), *(ends.max(0) + _AROUND))
         size = (math.ceil((y1 - y0) / _CELL) + 1, math.ceil((x1 - x0) / _CELL) + 1)
         return OccupancyGrid(np.full(size, FREE, np.int8), _CELL, (float(x0), float(y0)))
-
-
-_NOTHING = Obstacles(
-    np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.bool_)
-)  # fmt: skip

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
+from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Task
 from clearway.errors import ClearwayError
 from clearway.forecasts.forecast import Forecast, later
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
@@ -19,7 +19,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.ahead import Ahead
 from clearway.navigators.common.arrival import BEGIN, HEADING, Approach
 from clearway.navigators.common.frame import OdometryFrame
-from clearway.navigators.common.inputs import finite
+from clearway.navigators.common.inputs import NOTHING, finite
 from clearway.navigators.common.motion import stop_and_turn
 from clearway.navigators.common.parametrised import Parametrised
 from clearway.navigators.hp_st.assembly import assemble
@@ -194,7 +194,7 @@ class HpSt(Parametrised[Parameters]):
         """
         began = time.perf_counter()
         given, aim = finite("pose", observation.pose), finite("goal.pose", observation.goal.pose)
-        seen = _NOTHING if observation.obstacles is None else observation.obstacles
+        seen = NOTHING if observation.obstacles is None else observation.obstacles
         pose, goal = given, aim
         if self._drifts:
             pose = self._base_link(finite("odom_pose", observation.odom_pose))
@@ -401,16 +401,6 @@ _EVASIVE = (
 )
 
 _UNCOVERED = "base: the certificate covers none that steers like a car; nothing is certified"
-
-_NOTHING = Obstacles(
-    np.zeros((0, 2)),
-    np.zeros((0, 2)),
-    np.zeros(0),
-    np.zeros(0),
-    np.zeros(0),
-    np.zeros(0, np.int64),
-    np.zeros(0, np.bool_),
-)
 
 
 def _discs(places: FloatArray, radius: FloatArray) -> FloatArray:
