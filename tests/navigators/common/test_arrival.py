@@ -123,7 +123,11 @@ def test_without_a_goal_and_with_a_new_one() -> None:
     assert not judge(None).reached(at(0.0, 0.0), REST)
     approach = judge()
     assert approach.reached(at(0.0, 0.0), REST)
-    approach.reset(Goal(GOAL.pose, 0.2, 0.4))
+    assert not approach.set_out(GOAL)
+    assert approach.reached(at(0.19, 0.0), REST), "it was there before"
+    other = Goal(GOAL.pose, 0.2, 0.4)
+    assert approach.set_out(other)
+    assert approach.goal is other
     assert not approach.reached(at(0.19, 0.0), REST)
 
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
+from clearway.contract import Command, Diagnostics, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
@@ -73,7 +73,6 @@ class ColregsApf(Parametrised[Parameters]):
         self._area = area_of(task)
         self._unrecognised = self._retuned
         self._encounters = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
-        self._goal: Goal | None = None
         self._approach = Approach(limits, task.period)
         self._seen: Observation | None = None
 
@@ -89,9 +88,7 @@ class ColregsApf(Parametrised[Parameters]):
         self._seen = observation = own(observation)
         self._look(observation)
         code = situation(pose, self._discs, self._kinds, self._radius, self._gains.d_safe)
-        if goal is not self._goal:
-            self._goal = goal
-            self._approach.reset(goal)
+        self._approach.set_out(goal)
         arrived = self._approach.reached(pose, velocity)
         if self._approach.stopping:
             direction = pose[2] + self._approach.turn

@@ -43,6 +43,7 @@ class Approach:
         turns: Whether the base turns on the spot; if not, it brakes only where its heading will do as well.
 
     Attributes:
+        goal: Where it drives to; None: there is no goal yet.
         stopping: Whether it is to brake, or stand, but for `turn`.
         turn: What is left to turn on the spot, rad; 0 once the goal is called reached, or where the heading is free.
     """
@@ -53,9 +54,17 @@ class Approach:
         self._limits, self._period, self._begin, self._heading, self._turns = limits, period, begin, heading, turns
         self.reset(None)
 
+    def set_out(self, goal: Goal) -> bool:
+        """Drive to `goal` from now on. Whether it is another one than so far: then how near that was is forgotten."""
+        if goal is self.goal:
+            return False
+        self.reset(goal)
+        return True
+
     def reset(self, goal: Goal | None) -> None:
         """A new goal: forget how near the last one was. None: there is none yet, nothing is reached."""
-        self._goal, self._called = goal, False
+        self.goal: Goal | None = goal
+        self._called = False
         self.stopping, self.turn, self._stays = False, 0.0, SHARE
         self._nearest, self._idle = np.full(2, math.inf), 0.0
 
@@ -69,7 +78,7 @@ class Approach:
     def reached(self, pose: FloatArray, velocity: FloatArray) -> bool:
         """Whether the goal is called reached at the estimated `pose` (3,) and `velocity` (2,), v [m/s] and omega [rad/s], or (3,)
         with v_y; sets `stopping` and `turn`."""
-        goal = self._goal
+        goal = self.goal
         if goal is None:
             return False
         turned = turn_between(float(pose[2]), float(goal.pose[2])) if goal.yaw_tolerance < math.pi else 0.0
@@ -93,8 +102,8 @@ class Approach:
 
     def _patient(self, away: float, turned: float) -> bool:
         """Whether it is worth while to come nearer."""
-        assert self._goal is not None
-        if away <= self._goal.xy_tolerance:
+        assert self.goal is not None
+        if away <= self.goal.xy_tolerance:
             which, now = (1, turned) if self.stopping else (0, away)
             if now < self._nearest[which] - CLOSER:
                 self._nearest[which], self._idle = now, 0.0
@@ -104,8 +113,8 @@ class Approach:
 
     def _resting(self, pose: FloatArray, v: float, v_y: float = 0.0) -> float:
         """How far from the goal the robot comes to rest if it brakes now, m."""
-        assert self._goal is not None
-        way, (x, y, _) = 0.5 * v * abs(v) / self._limits.deceleration, self._goal.pose
+        assert self.goal is not None
+        way, (x, y, _) = 0.5 * v * abs(v) / self._limits.deceleration, self.goal.pose
         if v_y != 0.0:
             aside = 0.5 * v_y * abs(v_y) / self._limits.lateral_deceleration
             x, y = x + aside * math.sin(pose[2]), y - aside * math.cos(pose[2])

@@ -8,7 +8,7 @@ from typing import ClassVar, TypeVar
 import numpy as np
 from pydantic import Field
 
-from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Status, Task
+from clearway.contract import Command, Diagnostics, Need, Observation, Status, Task
 from clearway.crowds.outlines import outlines
 from clearway.crowds.walls import Walls, walls_of
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
@@ -80,7 +80,6 @@ class CrowdNavigator(ABC, Parametrised[_P]):
         self._radius = circumscribed_radius(robot.planner_shape) + p.padding
         self._walls: Walls = walls_of([] if task.map is None else outlines(task.map))
         self._route = Route(task, self._radius, self._limits, p.ahead)
-        self._goal: Goal | None = None
         self._approach = Approach(self._limits, task.period)
         self._ahead = Ahead(task.latency, self._limits)
         self._shown = Diagnostics()
@@ -102,9 +101,7 @@ class CrowdNavigator(ABC, Parametrised[_P]):
     def _decide(self, observation: Observation, pose: FloatArray, velocity: FloatArray) -> Command:
         """The command for a robot at `pose` with `velocity` when it follows it."""
         goal, limits = observation.goal, self._limits
-        if goal is not self._goal:
-            self._goal = goal
-            self._approach.reset(goal)
+        self._approach.set_out(goal)
         arrived = self._approach.reached(pose, velocity)
         if self._approach.stopping:
             v, omega = stop_and_turn(self._approach.turn, velocity[0], velocity[1], limits, self._period)

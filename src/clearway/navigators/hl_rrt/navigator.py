@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearway.contract import Budget, Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
+from clearway.contract import Budget, Command, Diagnostics, Need, Observation, Obstacles, Task
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.navigators.common.arrival import BEGIN, Approach
 from clearway.navigators.common.inputs import area_of, finite
@@ -56,7 +56,6 @@ class HlRrt(Parametrised[Parameters]):
         self._body = Body(robot.limits(min(p.speed or math.inf, task.speed_limit)), task.period)
         self._margin = circumscribed_radius(robot.planner_shape) + p.padding
         self._budget = task.budget
-        self._goal: Goal | None = None
         self._approach = Approach(self._body.limits, task.period)
         self._plan, self._status = _NONE, ""
 
@@ -73,9 +72,7 @@ class HlRrt(Parametrised[Parameters]):
             finite("goal.pose", o.goal.pose),
         )
         at, goal = pose[:2].copy(), aim[:2].copy()
-        if o.goal is not self._goal:
-            self._goal = o.goal
-            self._approach.reset(o.goal)
+        if self._approach.set_out(o.goal):
             self._planner.forget(at)
         arrived = self._approach.reached(pose, velocity)
         if self._approach.stopping:

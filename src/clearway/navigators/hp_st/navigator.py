@@ -166,7 +166,6 @@ class HpSt(Parametrised[Parameters]):
         periods, late = self._settings.periods, self._ahead.time
         self._forecaster = self._make_forecaster(task, known, periods + math.ceil(late / task.period - 1e-9))
         self._memory = Memory(np.zeros((periods, 2)), np.zeros(2), np.zeros(3))
-        self._goal: Goal | None = None
         self._field: Field | None = None
         self._distance = GoalDistance(
             task, self._area, self._base.foot.circumscribed + self._wishes.margin, self._base.limits, periods * task.period,
@@ -201,9 +200,7 @@ class HpSt(Parametrised[Parameters]):
             self._frame = OdometryFrame(given, pose)
             goal, seen = self._frame.into(aim), self._frame.obstacles(seen)
         memory, cut = self._memory, False
-        if observation.goal is not self._goal:
-            self._goal = observation.goal
-            self._approach.reset(observation.goal)
+        if self._approach.set_out(observation.goal):
             memory.age[1] = 0.0
         violated, self._uncovered = self._uncovered, ()
         if not self._car:

@@ -10,7 +10,7 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Task
+from clearway.contract import Command, Diagnostics, Need, Observation, Task
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.geometry.streams import stream
 from clearway.navigators.common.ahead import Ahead
@@ -108,7 +108,6 @@ class HpTmpc(Parametrised[Parameters]):
         self._rng, self._key = rng, np.uint64(stream(int(rng.integers(2**62)), "hp-tmpc"))
         self._seconds = task.budget.seconds
         self._iterations = task.budget.iterations
-        self._goal: Goal | None = None
         self._decision, self._approach = None, Approach(robot.limits(task.speed_limit), task.period)
         self._ahead = Ahead(task.latency, self._settings.limits)
         self._planned: Reference | None = None
@@ -130,10 +129,9 @@ class HpTmpc(Parametrised[Parameters]):
 
     def _decide(self, observation: Observation) -> Command:
         pose, goal = finite("pose", observation.pose), finite("goal.pose", observation.goal.pose)
-        if observation.goal is not self._goal:
-            first, self._goal = self._goal is None, observation.goal
+        first = self._approach.goal is None
+        if self._approach.set_out(observation.goal):
             self._memory.clock[AGE] = -1
-            self._approach.reset(observation.goal)
             if first:
                 self._memory.input[:] = np.nan_to_num(observation.velocity, posinf=0.0, neginf=0.0)
         pose = self._ahead.pose(observation.t, pose, observation.velocity)

@@ -19,7 +19,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Status, Task
+from clearway.contract import Command, Diagnostics, Need, Observation, Status, Task
 from clearway.crowds.outlines import outlines
 from clearway.crowds.walls import walls_of
 from clearway.forecasts.forecast import later
@@ -85,7 +85,6 @@ class MpcCbf(Parametrised[Parameters]):
         self._route = Route(task, self._settings.radius, limits, p.ahead)
         self._budget = BUDGET if task.budget.iterations is None else task.budget.iterations
         self._approach = Approach(limits, c)
-        self._goal: Goal | None = None
         self._plan = np.zeros((n, 2))
         self._decision: Decision | None = None
         self._circles = np.zeros((0, 3))
@@ -109,9 +108,7 @@ class MpcCbf(Parametrised[Parameters]):
     def _decide(self, observation: Observation, pose: FloatArray, velocity: FloatArray) -> Command:
         """The command for a robot at `pose` with `velocity` when it follows it."""
         goal, settings = observation.goal, self._settings
-        if goal is not self._goal:
-            self._goal = goal
-            self._approach.reset(goal)
+        self._approach.set_out(goal)
         obstacles = unmapped(own(observation).obstacles, self._mapped)
         now, _ = self._forecaster.update(observation.t, obstacles)
         arrived = self._approach.reached(pose, velocity)

@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Status, Task
+from clearway.contract import Command, Diagnostics, Need, Observation, Obstacles, Status, Task
 from clearway.forecasts.forecast import Forecast, later
 from clearway.forecasts.forecaster import Forecaster
 from clearway.forecasts.parameters import ForecastParameters
@@ -88,7 +88,6 @@ class MppiForecast(Parametrised[Parameters]):
         self._mapped, self._area = task.map is not None, area_of(task)
         self._route = Route(task, foot.circumscribed + p.margin, limits, p.ahead)
         self._approach = Approach(limits, task.period, CLOSE, FACED)
-        self._goal: Goal | None = None
         self._shown = Diagnostics()
 
     def step(self, observation: Observation) -> Command:
@@ -107,9 +106,7 @@ class MppiForecast(Parametrised[Parameters]):
     def _decide(self, observation: Observation, given: FloatArray, pose: FloatArray, velocity: FloatArray) -> Command:
         """The command for a robot at `pose` with `velocity` when it follows it; now it is at `given`."""
         goal, settings = observation.goal, self._settings
-        if goal is not self._goal:
-            self._goal = goal
-            self._approach.reset(goal)
+        if self._approach.set_out(goal):
             self._sampler.rest()
         obstacles = unmapped(own(observation).obstacles, self._mapped)
         forecast = self._forecast(observation, given, obstacles)

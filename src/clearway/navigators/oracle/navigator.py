@@ -67,7 +67,6 @@ class Oracle:
         self._radius = circumscribed_radius(robot.shape)
         self._limits = robot.limits(task.speed_limit)
         self._approach = Approach(self._limits, task.period)
-        self._goal: Goal | None = None
         self._way: FloatArray | None = None
         self._sought, self._since, self._searches = -math.inf, 0.0, 0
         self._ahead = _AHEAD
@@ -83,9 +82,8 @@ class Oracle:
         """
         pose, goal, t = finite("pose", observation.pose), observation.goal, observation.t
         t += self._task.latency.sensing  # it plans on what is true now
-        if goal is not self._goal:
-            self._goal, self._way, self._sought, self._scenes = goal, None, -math.inf, []
-            self._approach.reset(goal)
+        if self._approach.set_out(goal):
+            self._way, self._sought, self._scenes = None, -math.inf, []
         self._pose = pose
         arrived = self._approach.reached(pose, observation.velocity)
         if self._approach.stopping:

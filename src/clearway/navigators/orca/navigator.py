@@ -38,7 +38,8 @@ class Orca(CrowdNavigator[Parameters]):
     def _velocity(self, pose: FloatArray, velocity: FloatArray, others: Seen, wish: FloatArray) -> tuple[float, float]:
         p = self._parameters
         bodies = with_others(pose, velocity, self._radius, others, p.share)
-        if p.arrival_time > 0.0 and self._goal is not None:
-            (x, y, _), speed = self._goal.pose, math.hypot(wish[0], wish[1])
+        goal = self._approach.goal
+        if p.arrival_time > 0.0 and goal is not None:
+            (x, y, _), speed = goal.pose, math.hypot(wish[0], wish[1])
             wish = wish * min(1.0, math.hypot(x - pose[0], y - pose[1]) / max(p.arrival_time * speed, 1e-9))
         return choose(pose[2], wish[0], wish[1], bodies, self._walls, self._rules)
