@@ -35,40 +35,12 @@ _WIDTH = {"polyline": 2, "circles": 3, "tube": 3, "tree": 4}
 
 def to_tables(index: int, trial: Trial) -> Tables:
     """The trial as tables; `index` goes into their column `trial`."""
-    n, m = len(trial.t), trial.moving_obstacles.shape[1]
+    m = trial.moving_obstacles.shape[1]
     known = [name for name in (*OPTIONAL, "cut", "sigma", "tie") if getattr(trial, name) is not None]
-    robot: dict[str, Any] = {"trial": np.full(n, index, np.int32), "t": trial.t}
-    robot |= dict(zip(("x", "y", "theta"), _columns(trial.pose, 3), strict=True))
-    for name, columns in OPTIONAL.items():
-        values = getattr(trial, name)
-        robot |= (
-            dict.fromkeys(columns, pa.nulls(n, FLOAT)) if values is None else _named(columns, values[:, : len(columns)])
-        )
-    for name, column in SIDEWAYS.items():
-        values = getattr(trial, name)
-        sideways = values is not None and values.shape[1] > 2
-        known += [column] if sideways else []
-        robot[column] = np.ascontiguousarray(values[:, 2]) if sideways else pa.nulls(n, FLOAT)
-    robot["leg"] = np.asarray(trial.leg, dtype=np.int32)
-    robot["cut"] = pa.nulls(n, pa.bool_()) if trial.cut is None else np.asarray(trial.cut, dtype=np.bool_)
-    moving_obstacles = np.ascontiguousarray(trial.moving_obstacles, dtype=np.float64).reshape(n * m, 3)
-    obstacles = {
-        "trial": np.full(n * m, index, np.int32),
-        "t": np.repeat(np.asarray(trial.t, dtype=np.float64), m),
-        "obstacle": np.tile(np.arange(m, dtype=np.int32), n),
-        **_named(("x", "y", "theta"), moving_obstacles),
-    }
+    known += [column for name, column in SIDEWAYS.items() if _sideways(trial, name) is not None]
     fixed = count_of_fixed(trial.attempt.bodies)
     bodies = dumps([body_to_json(b) for b in trial.attempt.bodies[:fixed]])
     key = hashlib.sha256(bodies.encode()).hexdigest()[:16]
-    sigma = np.zeros((n, 1 + m, 2)) if trial.sigma is None else np.asarray(trial.sigma, dtype=np.float64)
-    robot |= _named(tuple(SIGMA), sigma[:, 0]) if trial.sigma is not None else dict.fromkeys(SIGMA, pa.nulls(n, FLOAT))
-    robot |= dict.fromkeys(TIE, pa.nulls(n, FLOAT)) if trial.tie is None else _named(TIE, trial.tie)
-    obstacles |= (
-        _named(tuple(SIGMA), sigma[:, 1:].reshape(n * m, 2))
-        if trial.sigma is not None
-        else dict.fromkeys(SIGMA, pa.nulls(n * m, FLOAT))
-    )
     attempt = attempt_to_json(trial.attempt, fixed) | {"known": known, "moving_obstacles": m, "reason": trial.reason}
     if trial.errands:
         attempt["errands"] = [[e.body, e.place, *map(to_number, astuple(e)[2:])] for e in trial.errands]
@@ -82,20 +54,21 @@ def to_tables(index: int, trial: Trial) -> Tables:
         "provenance": dumps(to_json(trial.provenance)),
     }
     snapshots, drawings = _snapshots(index, trial.snapshots)
-    return {
-        "robot": pa.table(robot, schema=FILES["robot"].schema),
-        "obstacles": pa.table(obstacles, schema=FILES["obstacles"].schema),
-        "between": pa.table(_between(index, trial.between, m), schema=FILES["between"].schema),
-        "attempts": pa.Table.from_pylist([row], schema=FILES["attempts"].schema),
-        "fixtures": pa.Table.from_pylist([{"fixtures": key, "bodies": bodies}], schema=FILES["fixtures"].schema),
-        "snapshots": pa.Table.from_pylist(snapshots, schema=FILES["snapshots"].schema),
-        "drawings": pa.Table.from_pylist(drawings, schema=FILES["drawings"].schema),
-        "timing": pa.Table.from_pylist(
-            [{"trial": index, "name": k, "value": float(v)} for k, v in trial.timing.items()],
-            schema=FILES["timing"].schema,
-        ),
-        "thinking": pa.table(_thinking(index, trial.thinking), schema=FILES["thinking"].schema),
+    columns = {
+        "robot": _robot(index, trial),
+        "obstacles": _obstacles(index, trial),
+        "between": _between(index, trial.between, m),
+        "thinking": _thinking(index, trial.thinking),
     }
+    rows = {
+        "attempts": [row],
+        "fixtures": [{"fixtures": key, "bodies": bodies}],
+        "snapshots": snapshots,
+        "drawings": drawings,
+        "timing": [{"trial": index, "name": name, "value": float(value)} for name, value in trial.timing.items()],
+    }
+    tables = {name: pa.table(held, schema=FILES[name].schema) for name, held in columns.items()}
+    return tables | {name: pa.Table.from_pylist(held, schema=FILES[name].schema) for name, held in rows.items()}
 
 
 def from_tables(tables: Tables) -> Trial:
@@ -133,6 +106,38 @@ def from_tables(tables: Tables) -> Trial:
         between=_read_between(tables["between"], m),
         errands=tuple(Errand(k, place, *map(float, how)) for k, place, *how in attempt.get("errands", ())),
     )
+
+
+def _robot(index: int, trial: Trial) -> dict[str, Any]:
+    n, sigma = len(trial.t), trial.sigma
+    columns = {"trial": np.full(n, index, np.int32), "t": trial.t, **_named(("x", "y", "theta"), trial.pose)}
+    for name, own in OPTIONAL.items():
+        values = getattr(trial, name)
+        columns |= _named_or_null(own, None if values is None else values[:, : len(own)], n)
+    for name, column in SIDEWAYS.items():
+        columns |= _named_or_null((column,), _sideways(trial, name), n)
+    columns |= _named_or_null(tuple(SIGMA), None if sigma is None else sigma[:, 0], n)
+    columns |= _named_or_null(TIE, trial.tie, n)
+    columns["leg"] = np.asarray(trial.leg, dtype=np.int32)
+    columns["cut"] = pa.nulls(n, pa.bool_()) if trial.cut is None else np.asarray(trial.cut, dtype=np.bool_)
+    return columns
+
+
+def _obstacles(index: int, trial: Trial) -> dict[str, Any]:
+    n, m, _ = trial.moving_obstacles.shape
+    return {
+        "trial": np.full(n * m, index, np.int32),
+        "t": np.repeat(np.asarray(trial.t, dtype=np.float64), m),
+        "obstacle": np.tile(np.arange(m, dtype=np.int32), n),
+        **_named(("x", "y", "theta"), trial.moving_obstacles),
+        **_named_or_null(tuple(SIGMA), None if trial.sigma is None else trial.sigma[:, 1:], n * m),
+    }
+
+
+def _sideways(trial: Trial, name: str) -> FloatArray | None:
+    """(n, 1) what the trial knows of `name` to the left; None: it knows nothing of it."""
+    values = getattr(trial, name)
+    return None if values is None or values.shape[1] < 3 else values[:, 2:]
 
 
 def _thinking(index: int, thinking: FloatArray | None) -> dict[str, Any]:
@@ -232,12 +237,13 @@ def _read_field(row: Mapping[str, Any]) -> OccupancyGrid | None:
     return OccupancyGrid(data, row["resolution"], (row["origin_x"], row["origin_y"]))
 
 
-def _columns(values: FloatArray, width: int) -> FloatArray:
-    return np.ascontiguousarray(np.asarray(values, dtype=np.float64).reshape(-1, width).T)
-
-
 def _named(names: Sequence[str], values: FloatArray) -> dict[str, FloatArray]:
-    return dict(zip(names, _columns(values, len(names)), strict=True))
+    columns = np.ascontiguousarray(np.asarray(values, dtype=np.float64).reshape(-1, len(names)).T)
+    return dict(zip(names, columns, strict=True))
+
+
+def _named_or_null(names: Sequence[str], values: FloatArray | None, n: int) -> dict[str, Any]:
+    return dict.fromkeys(names, pa.nulls(n, FLOAT)) if values is None else _named(names, values)
 
 
 def _vector(table: pa.Table, column: str) -> FloatArray:
