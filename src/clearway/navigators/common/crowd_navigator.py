@@ -29,7 +29,7 @@ class CrowdParameters(RobotTable):
 
     padding: NonNegative = Field(default=0.02, description="kept beyond the robot's radius, m")
     tracking_time: Positive = Field(
-        default=0.5, description="T, in which the base turns to the velocity that it follows, s"
+        default=0.5, description="in which the base turns to the velocity that it follows, s: ORCA's T"
     )
     ahead: Positive = Field(default=2.0, description="how far along its way it heads, m")
     turns: bool = Field(
