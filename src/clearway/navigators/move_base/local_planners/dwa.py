@@ -81,8 +81,7 @@ class DWAPlanner:
             if (v, w, u) != (0.0, 0.0, 0.0) and motion_cost(window, pose, velocity, v, w, u, scene) < 0.0:
                 return LocalResult(0.0, 0.0, False, _NOTHING)
             return LocalResult(v, w, True, _NOTHING, u)
-        if self._room is None or len(self._room.blank) != (cost.shape[0] + 2) * (cost.shape[1] + 2):
-            self._room = make_room(cost.shape)
+        self._room = make_room(cost.shape, self._room)
         total, v, w, u, points = search(window, self._oscillation.signs, pose, velocity, plan, scene, self._room)
         if total < 0.0:
             return LocalResult(0.0, 0.0, False, _NOTHING)

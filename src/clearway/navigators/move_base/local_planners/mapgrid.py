@@ -61,9 +61,11 @@ class Seek(NamedTuple):
     number: int
 
 
-def make_room(shape: tuple[int, ...]) -> Room:
-    """Room for a costmap of `shape` (rows, cols)."""
+def make_room(shape: tuple[int, ...], old: Room | None = None) -> Room:
+    """Room for a costmap of `shape` (rows, cols): the `old` one if it is as large."""
     size = (shape[0] + 2) * (shape[1] + 2)
+    if old is not None and len(old.blank) == size:
+        return old
     blank, path, goal, front, queue = (np.empty(size, np.int32) for _ in range(5))
     return Room(blank, path, goal, front, queue, np.zeros(size, np.uint8))
 

@@ -114,8 +114,7 @@ class TrajectoryPlanner:
         speed_limit: float,
     ) -> tuple[float, float, float, FloatArray, bool]:
         """`search`, and what it means for the flags against oscillation and for the escape (createTrajectories)."""
-        if self._room is None or len(self._room.blank) != (cost.shape[0] + 2) * (cost.shape[1] + 2):
-            self._room = make_room(cost.shape)
+        self._room = make_room(cost.shape, self._room)
         scene = make_scene(cost, origin, resolution, self._polygon)
         settings = self.window(resolution, speed_limit)
         total, speeds, points, backing, legal = search(
