@@ -159,7 +159,9 @@ def main() -> None:
     parser.add_argument("--speed", type=float, default=0.6, help="set speed, m/s")
     parser.add_argument("--trials", type=int, default=2, help="trials of each batch")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--smoke", action="store_true", help="one trial each of two navigators: only to see that they run")
+    parser.add_argument(
+        "--smoke", action="store_true", help="one trial each of two navigators: only to see that they run"
+    )
     given = parser.parse_args()
     if given.smoke:
         given.batch, given.trials, given.navigator = ["NO"], 1, ["move-base", "rpp"]
