@@ -315,7 +315,19 @@ def test_no_toml_and_no_file(tmp_path: Path):
     assert summary(tmp_path / "none.toml") == []
 
 
-@pytest.mark.parametrize(("table", "is_one"), [({"trial": []}, True), ({"test": {}}, True), ({"legs": []}, False)])
+@pytest.mark.parametrize(
+    ("table", "is_one"),
+    [
+        ({"trial": []}, True),
+        ({"test": {}}, True),
+        ({"legs": []}, False),
+        ({"sources": {"vicon": {"files": "*.csv"}}}, True),
+        (
+            {"sources": {"drive": {"v_max": "data sheet"}}, "drive": {}},
+            False,
+        ),  # a robot's, its dotted name without quotes
+    ],
+)
 def test_a_plan_is_told_from_other_files(table: dict[str, object], is_one: bool):
     assert is_test_plan(table) is is_one
 

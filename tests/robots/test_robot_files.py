@@ -151,6 +151,16 @@ def test_the_longest_prefix_is_the_source() -> None:
     assert robot.source("nothing.here") is None
 
 
+def test_a_source_may_be_named_without_quotes(tmp_path: Path) -> None:
+    """TOML takes `drive.v_max` for a table within a table then."""
+    text = Path(str(resources.files("clearway.robots") / "jackal.toml")).read_text(encoding="utf-8")
+    own = tmp_path / "own.toml"
+    own.write_text(text.split("\n[sources]")[0] + '\n[sources]\ndrive.v_max = "a stopwatch"\n', encoding="utf-8")
+    robot = load_robot(str(own))
+    assert robot.source("drive.v_max") == "a stopwatch"
+    assert robot.source("drive.v_min") is None
+
+
 def test_only_robots_of_two_papers_are_told_of_obstacles_by_a_camera() -> None:
     """All others know them by their lidars, as paper B's own preset `lidar` does."""
     told = {name for name in robot_names() if load_robot(name).camera is not None}

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Circle, Polygon, Shape, circumscribed_radius, inscribed_radius
@@ -250,6 +250,12 @@ class Robot(Part):
         description="named overrides of the above; `without`: names of parts to take away",
     )
 
+    @field_validator("sources", mode="before")
+    @classmethod
+    def _dotted(cls, sources: object) -> object:
+        """`drive.v_max = "..."` without quotes is a table within `sources` to TOML; a dotted field was meant."""
+        return dict(_dotted(sources)) if isinstance(sources, Mapping) else sources
+
     @model_validator(mode="after")
     def _of_a_robots_size(self) -> Robot:
         for name, footprint in (("footprint", self.footprint), ("planner_footprint", self.planner_footprint)):
@@ -366,6 +372,15 @@ def _locate(which: str) -> tuple[Path, str | None]:
             return path, preset
         raise ClearwayError("no such file", file=path)
     raise unknown("robot", name, shipped)
+
+
+def _dotted(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """What stands in tables within each other, by dotted names."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _dotted(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
 
 
 def overridden(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]:

@@ -330,9 +330,11 @@ def without_coordinates(names: Sequence[str], body: BodySpec) -> str | None:
 
 
 def is_test_plan(contents: dict[str, Any]) -> bool:
-    """Whether a TOML file's contents are a test plan's: no other file has such tables (a robot's [sources] are texts)."""
+    """Whether a TOML file's contents are a test plan's: no other file has such tables (a robot's [sources] say where its values are from)."""
     sources = contents.get("sources")
-    tables = isinstance(sources, dict) and any(isinstance(v, dict) for v in sources.values())
+    tables = (
+        isinstance(sources, dict) and any(isinstance(v, dict) for v in sources.values()) and "drive" not in contents
+    )
     return tables or bool({"trial", "test"} & set(contents))
 
 
