@@ -5,15 +5,18 @@ from __future__ import annotations
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from synthetic_results import write_campaign
 
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
-from clearway.reports import figure, write_replay, write_report
+from clearway.reports import figure, theme, write_replay, write_report
 from clearway.reports.conditions import deviations, vehicle
 from clearway.reports.findings import Findings
 from clearway.reports.grid import num, p_value, percent
@@ -25,6 +28,7 @@ from clearway.reports.theme import themed, to_svg
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection
 from clearway.statistics import describe
+from clearway.trials import Trial
 from clearway.trials.store import Results, open_results
 from html_outline import outline
 
@@ -224,6 +228,21 @@ def test_a_lane_reaches_as_far_as_any_trial_shows_it(results: Results) -> None:
     assert lane.xy[1] == pytest.approx(low, abs=0.05)
     words = figure(results, "layout", batch="SO", robot="tiago").axes[1].get_xlabel()
     assert words.startswith("S2, S3 0.15, 0.3 m")
+
+
+def test_what_moves_on_later_legs_alone_is_in_the_layout(tmp_path: Path) -> None:
+    def later(trial: Trial) -> Trial:
+        away = (trial.leg == 0)[:, None, None]
+        return replace(trial, moving_obstacles=np.where(away, np.nan, trial.moving_obstacles))
+
+    one = Selection(batches=("MO",), configurations=("crossing",), speeds=(0.6,), repetitions=1)
+    crossing = figure(write_campaign(tmp_path, ("tiago",), one, later), "layout").axes[0]
+    lanes = [t for t in crossing.texts if (arrow := getattr(t, "arrow_patch", None)) and _coloured(arrow, theme.MOVING)]
+    assert len(lanes) == 1
+
+
+def _coloured(patch: Any, colour: str) -> bool:
+    return bool(to_hex(patch.get_edgecolor()) == to_hex(colour))
 
 
 def test_normality_is_counted_over_the_batches(results: Results) -> None:

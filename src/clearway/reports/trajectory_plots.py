@@ -301,7 +301,7 @@ def _shown(trial: Trial) -> float:
 
 
 def _lanes(ax: Axes, trials: Sequence[Trial]) -> None:
-    """Each moving obstacle's way on the first leg as an arrow, with its shape where the arrow begins.
+    """Each moving obstacle's way on the first leg on which it is there as an arrow, with its shape where the arrow begins.
 
     A trial that ended early shows a part of the way, so the farthest ends over all `trials` count.
     """
@@ -366,11 +366,13 @@ def upright(pose: FloatArray) -> FloatArray:
 
 
 def _first_way(trial: Trial, m: int) -> FloatArray:
-    """Where moving obstacle `m` was on the first leg, poses (k, 3); none if this trial has fewer moving_obstacles."""
+    """Where moving obstacle `m` was on the first leg on which it was there, poses (k, 3); none if this trial has fewer moving_obstacles."""
     if m >= trial.moving_obstacles.shape[1]:
         return np.empty((0, 3))
-    track: FloatArray = trial.moving_obstacles[np.asarray(trial.leg) == 0, m]
-    return track[known_positions(track)]
+    track, leg = trial.moving_obstacles[:, m], np.asarray(trial.leg)
+    there = known_positions(track)
+    way: FloatArray = track[there & (leg == leg[there].min(initial=len(trial.attempt.legs)))]
+    return way
 
 
 def _robot_at(ax: Axes, trial: Trial, pose: FloatArray) -> None:
