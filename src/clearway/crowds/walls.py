@@ -46,38 +46,26 @@ def walls_of(polygons: Sequence[npt.ArrayLike]) -> Walls:
         ClearwayError: a polygon is no list of points, holds a number that is not finite, or the same point twice in a row.
     """
     arrays = [_checked(k, polygon) for k, polygon in enumerate(polygons)]
-    m = sum(map(len, arrays))
-    walls = Walls(
-        np.empty((m, 2)),
-        np.empty((m, 2)),
-        np.empty(m),
-        np.empty(m, np.int64),
-        np.empty(m, np.int64),
-        np.empty(m, np.bool_),
-        np.repeat(np.arange(len(arrays)), [len(a) for a in arrays]).astype(np.int64),
-    )
-    first = 0
-    for points in arrays:
-        n = len(points)
-        here = slice(first, first + n)
-        after, before = np.roll(points, -1, 0), np.roll(points, 1, 0)
-        length = np.hypot(*(after - points).T)
-        walls.vertex[here], walls.length[here] = points, length
-        walls.direction[here] = (after - points) / np.where(length > 0.0, length, 1.0)[:, None]
-        walls.following[here] = first + (np.arange(n) + 1) % n
-        walls.preceding[here] = first + (np.arange(n) - 1) % n
-        (ax, ay), (bx, by) = (points - before).T, (after - points).T
-        walls.convex[here] = (n <= 2) | (ax * by - ay * bx >= 0.0)
-        first += n
-    return walls
+    counts = np.array([len(a) for a in arrays], np.int64)
+    polygon, n = np.repeat(np.arange(len(arrays)), counts), np.repeat(counts, counts)
+    points = np.concatenate([np.empty((0, 2)), *arrays])
+    first = np.repeat(np.cumsum(counts) - counts, counts)
+    place = np.arange(len(points)) - first
+    following, preceding = first + (place + 1) % n, first + (place - 1) % n
+    onwards, arriving = points[following] - points, points - points[preceding]
+    if len(twice := polygon[(n > 1) & (arriving == 0.0).all(1)]):
+        raise ClearwayError("the same point stands twice in a row", field=f"polygons[{twice[0]}]")
+    length = np.hypot(*onwards.T)
+    direction = onwards / np.where(length > 0.0, length, 1.0)[:, None]
+    (ax, ay), (bx, by) = arriving.T, onwards.T
+    convex = (n <= 2) | (ax * by - ay * bx >= 0.0)
+    return Walls(points, direction, length, following, preceding, convex, polygon)
 
 
 def _checked(k: int, polygon: npt.ArrayLike) -> FloatArray:
-    points = np.array(polygon, np.float64)
+    points = np.asarray(polygon, np.float64)
     if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
         raise ClearwayError("not a list of points x, y with finite coordinates", field=f"polygons[{k}]")
-    if len(points) > 1 and (points == np.roll(points, 1, 0)).all(1).any():
-        raise ClearwayError("the same point stands twice in a row", field=f"polygons[{k}]")
     return points
 
 
