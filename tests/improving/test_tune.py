@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -214,6 +215,17 @@ def test_what_no_trial_can_tell_is_refused(tmp_path: Path, old: str, new: str, f
     task.write_text(example.read_text().replace(old, new))  # no obstacles are there
     with pytest.raises(ClearwayError, match=f"{field}: 'MDO' can be computed of none of the first 1 training trials"):
         tune(task, tmp_path / "out", workers=0)
+
+
+def test_a_gain_of_what_no_trial_had_is_told_in_words() -> None:
+    nan = math.nan
+    assert str(Gain("CT", "s", nan, 17.2, nan, nan, nan, 0)) == (
+        "CT: none -> 17.2 s, no pair of which both have one; no difference is shown"
+    )
+    assert str(Gain("CT", "s", 17.2, nan, nan, nan, nan, 0)).startswith("CT: 17.2 -> none, no pair")
+    assert str(Gain("CT", "s", 20.0, 17.2, -2.8, -4.0, -1.6, 1)) == (
+        "CT: 20 -> 17.2 s, paired difference -2.8 [-4, -1.6]; better, shown"
+    )
 
 
 def _told(tmp_path: Path, *verdicts: int, holds: bool = True) -> Tuning:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -38,12 +39,13 @@ class Gain:
     verdict: int
 
     def __str__(self) -> str:
-        unit = f" {self.unit}" if self.unit else ""
         said = {1: "better, shown", -1: "WORSE, shown", 0: "no difference is shown"}[self.verdict]
-        return (
-            f"{self.indicator}: {self.before:.4g} -> {self.after:.4g}{unit}, paired difference {self.difference:+.4g} "
-            f"[{self.low:+.4g}, {self.high:+.4g}]; {said}"
-        )
+        was, now = ("none" if math.isnan(mean) else f"{mean:.4g}" for mean in (self.before, self.after))
+        unit = f" {self.unit}" if self.unit and not math.isnan(self.after) else ""
+        pairs = f"paired difference {self.difference:+.4g} [{self.low:+.4g}, {self.high:+.4g}]"
+        if math.isnan(self.difference):
+            pairs = "no pair of which both have one"
+        return f"{self.indicator}: {was} -> {now}{unit}, {pairs}; {said}"
 
 
 Held = tuple[str, float, float, bool]
