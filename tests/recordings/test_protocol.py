@@ -18,6 +18,7 @@ from clearway.recordings.lab.test_plan import TestPlan
 from clearway.recordings.protocol.lab_trials import behind, key, scenarios, setup
 from clearway.recordings.protocol.line import Line
 from clearway.recordings.protocol.protocol import parsed, skeleton, write_new
+from clearway.recordings.protocol.run_sheet import sheet_of
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
 
@@ -151,6 +152,33 @@ pose = [-3.2, 2.6, 0.0]
 """
 
 
+PEOPLE = """
+name = "round"
+floor_plan = "hall"
+start = [-4.0, 0.0, 0.0]
+speed = 0.6
+legs = [{ name = "forth", goal = [0.0, 0.0, 0.0], time_limit = 60.0 }]
+
+[[obstacles]]
+name = "bed"
+shape = { kind = "rectangle", length = 2.1, width = 0.96 }
+behaviour = { kind = "operator" }
+runs = [{ leg = "forth", path = [[2.0, 1.5], [-4.0, 1.5]], speed = 0.7 }]
+
+[[people]]
+name = "nurse"
+start = [-3.0, 2.0]
+route = [{ at = [-3.0, -2.0], wait = 5.0 }, { at = [0.0, 0.0] }]
+loop = true
+speed = 1.2
+
+[[people]]
+name = "patient"
+start = [-1.0, 0.0]
+behaviour = "still"
+"""
+
+
 class TestOwnSuites:
     def test_any_suite_becomes_a_plan(self, tmp_path: Path):
         file = tmp_path / "doors.toml"
@@ -162,6 +190,27 @@ class TestOwnSuites:
         assert plan.trials[0].obstacles[0].pose == (-1.0, 2.0, 0.5)
         assert plan.poses["B"] == (-2.0, 3.0, 0.0)
         assert plan.test.floor_plan == "hall"
+
+    def test_people_and_who_looks_are_told_to_the_lab(self, tmp_path: Path):
+        """They are part of the test; without them the lab would drive another one."""
+        file = tmp_path / "round.toml"
+        file.write_text(PEOPLE)
+        text = skeleton(str(file))
+        parsed(text)
+        sheet = sheet_of(parsed(text), scenarios(str(file), "tiago"))
+        nurse = "nurse at 1.2 m/s from 1 m from A towards B, 2 m to the left to 1 m from A towards B, 2 m to the right (stays 5 s); to on B; and round again"
+        for said in (
+            nurse,
+            "patient: stands 3 m from A towards B, on the line",
+            "stop 0.5 m short of it",
+            "after standing for 3 s",
+        ):
+            assert said in text
+            assert said in sheet
+        assert "whatever the robot does" not in sheet
+        blind = file.with_name("blind.toml")
+        blind.write_text(PEOPLE.replace('behaviour = { kind = "operator" }', ""))
+        assert "whatever the robot does" in sheet_of(parsed(skeleton(str(blind))), scenarios(str(blind), "tiago"))
 
     def test_files_are_named_as_seen_from_the_plan(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         monkeypatch.chdir(tmp_path)

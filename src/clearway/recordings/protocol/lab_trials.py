@@ -13,7 +13,9 @@ from pathlib import Path
 
 from clearway.errors import ClearwayError
 from clearway.recordings.lab.test_plan import RecordedTrialSpec, TestPlan, seen_from
+from clearway.recordings.protocol.line import Line
 from clearway.robots import load_robot
+from clearway.scenarios.people import PersonSpec
 from clearway.scenarios.scenario import (
     DiscSpec,
     LabelSpec,
@@ -56,10 +58,10 @@ def scenarios(
 
 
 def setup(scenario: Scenario) -> Hashable:
-    """What has to stay as it is from one trial to the next: the obstacles that stand, and the ways of those that move."""
+    """What has to stay as it is from one trial to the next: the obstacles that stand, the ways of those that move, the people."""
     placed = tuple((o.shape, o.pose) for o in scenario.obstacles if o.pose is not None)
     ways = tuple((o.shape, tuple((r.leg, r.path) for r in o.runs)) for o in scenario.obstacles if o.pose is None)
-    return scenario.labels.batch, scenario.labels.configuration, placed, ways
+    return scenario.labels.batch, scenario.labels.configuration, placed, ways, scenario.people
 
 
 def behind(plan: TestPlan, folder: Path) -> list[Scenario]:
@@ -100,6 +102,32 @@ def bodies_of(scenario: Scenario) -> list[tuple[str, ObstacleSpec]]:
         found.append((kind if isinstance(obstacle.shape, RobotBodySpec) else f"{kind}-{count[kind]}", obstacle))
     names = [name for name, _ in found]
     return [(n if names.count(n) == 1 else f"{n}-{o.name}", o) for n, o in found]
+
+
+def who_drives(scenario: Scenario) -> str:
+    """How the moving obstacles are to be driven, as they are in simulation; empty where none is."""
+    ways = [o.behaviour for o in scenario.obstacles if o.runs]
+    if not ways:
+        return ""
+    looks = next((spec for spec in ways if spec is not None), None)
+    if looks is None:
+        return "At constant speed, whatever the robot does."
+    return (
+        f"At constant speed, and looking at the robot: come in once it is not near there, stop {looks.stop_short:g} m short of it, "
+        f"back off slowly after standing for {looks.patience:g} s."
+    )
+
+
+def walk(line: Line, person: PersonSpec) -> str:
+    """How somebody is to walk, in words."""
+    speed = "" if person.speed is None else f" at {person.speed:g} m/s"
+    begin = line.words(person.start)
+    if person.track or not person.route:
+        return f"{person.name}: {'as recorded, from' if person.track else 'stands'} {begin}"
+    places = "; ".join(
+        f"to {line.words(stop.at)}" + (f" (stays {stop.wait:g} s)" if stop.wait else "") for stop in person.route
+    )
+    return f"{person.name}{speed} from {begin} {places}{'; and round again' if person.loop else ''}"
 
 
 def _kind(obstacle: ObstacleSpec) -> str:

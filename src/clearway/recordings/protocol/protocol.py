@@ -14,7 +14,7 @@ from clearway.placing import placed
 from clearway.quantities import PoseSpec
 from clearway.reading import parse_toml, read_toml
 from clearway.recordings.lab.test_plan import TestPlan, is_test_plan
-from clearway.recordings.protocol.lab_trials import bare, bodies_of, described, scenarios, setup, when
+from clearway.recordings.protocol.lab_trials import bare, bodies_of, described, scenarios, setup, walk, when, who_drives
 from clearway.recordings.protocol.line import Line
 from clearway.recordings.protocol.toml_text import toml_value
 from clearway.robots import Robot, load_robot
@@ -217,7 +217,10 @@ class _Writer:
                 lines.append(f"# {name} swings about {self.line.words(o.oscillation.attraction)}.")
             if o.motion is not None:
                 lines.append(f"# {name} moves from {self.line.words(o.motion.start)} on ({o.motion.kind}).")
-        if not scenario.obstacles:
+        if driven := who_drives(scenario):
+            lines.append(f"# {driven}")
+        lines += [f"# Walk {walk(self.line, person)}." for person in scenario.people]
+        if not scenario.obstacles and not scenario.people:
             lines.append("# No obstacle.")
         return [*lines, ""]
 

@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from clearway.quantities import PoseSpec
 from clearway.recordings.lab.captures import file_names
 from clearway.recordings.lab.test_plan import BodySpec, RecordedTrialSpec, TestPlan
-from clearway.recordings.protocol.lab_trials import key, setting
+from clearway.recordings.protocol.lab_trials import key, setting, walk, who_drives
 from clearway.recordings.protocol.line import Line, metres
 from clearway.recordings.protocol.sketch import Sketch, place, sketch
 from clearway.scenarios.scenario import RunSpec, Scenario
@@ -75,6 +75,8 @@ class Group:
         title: What the trials have in common.
         placements: What has to be put where.
         ways: How the moving obstacles are driven, a sentence each.
+        driven: What who drives them does about the robot.
+        walks: How people walk, a sentence each.
         legs: The leg in which each of these ways is driven.
         sketch: Where everything stands; None where nothing is to be drawn.
         rows: The trials.
@@ -85,6 +87,8 @@ class Group:
     title: str
     placements: tuple[Placement, ...]
     ways: tuple[str, ...]
+    driven: str
+    walks: tuple[str, ...]
     legs: tuple[str, ...]
     sketch: Sketch | None
     rows: tuple[Row, ...]
@@ -261,7 +265,15 @@ def _groups(plan: TestPlan, known: dict[Hashable, Scenario], line: Line | None) 
 
 def _setting(trial: RecordedTrialSpec, scenario: Scenario | None) -> Hashable:
     ways = () if scenario is None else tuple(r.path for _, r in _runs(scenario))
-    return trial.batch, trial.configuration, trial.size, trial.gap, trial.obstacles, ways
+    return (
+        trial.batch,
+        trial.configuration,
+        trial.size,
+        trial.gap,
+        trial.obstacles,
+        ways,
+        () if scenario is None else scenario.people,
+    )
 
 
 def _runs(scenario: Scenario) -> list[tuple[str, RunSpec]]:
@@ -296,6 +308,8 @@ def _group(
         title=setting(first),
         placements=placements,
         ways=() if line is None else tuple(_way(line, name, run) for name, run in runs),
+        driven="" if scenario is None else who_drives(scenario),
+        walks=() if line is None or scenario is None else tuple(walk(line, person) for person in scenario.people),
         legs=tuple(run.leg for _, run in runs),
         sketch=None if line is None else sketch(plan, line, placed, runs),
         rows=rows,
