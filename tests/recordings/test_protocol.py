@@ -208,6 +208,8 @@ class TestOwnSuites:
             assert said in text
             assert said in sheet
         assert "whatever the robot does" not in sheet
+        assert "forth: starts, s" in sheet
+        assert '<td class="num">0.7</td><td class="start">+0.0</td>' in sheet
         blind = file.with_name("blind.toml")
         blind.write_text(PEOPLE.replace('behaviour = { kind = "operator" }', ""))
         assert "whatever the robot does" in sheet_of(parsed(skeleton(str(blind))), scenarios(str(blind), "tiago"))

@@ -53,7 +53,7 @@ class Row:
     Attributes:
         number: Its number in the plan.
         speed: Set speed, m/s, as text; empty where the plan has none.
-        obstacle_speed: Speed of the moving obstacles, m/s, as text; empty where the plan has none.
+        obstacle_speed: Speed of the moving obstacles, m/s, as text; empty where nobody knows one.
         starts: When moving obstacles start, for each way (forth, back, ...).
         repetition: Which repetition it is, from 1.
         file: The file that the trial's recording goes to.
@@ -294,7 +294,7 @@ def _group(
         Row(
             number,
             "" if t.speed is None else f"{t.speed:g}",
-            "" if t.obstacle_speed is None else f"{t.obstacle_speed:g}",
+            _obstacle_speed(t, s),
             () if s is None else tuple(_after(r) for _, r in _runs(s)),
             t.repetition,
             t.file,
@@ -313,9 +313,16 @@ def _group(
         legs=tuple(run.leg for _, run in runs),
         sketch=None if line is None else sketch(plan, line, placed, runs),
         rows=rows,
-        moving=any(t.obstacle_speed is not None for _, t, _ in trials),
+        moving=any(row.obstacle_speed for row in rows),
         new_batch=new_batch,
     )
+
+
+def _obstacle_speed(trial: RecordedTrialSpec, scenario: Scenario | None) -> str:
+    """As the plan has it, else as the scenario's moving obstacles are driven."""
+    runs = [] if scenario is None else _runs(scenario)
+    speeds = [run.speed for _, run in runs] if trial.obstacle_speed is None else [trial.obstacle_speed]
+    return ", ".join(dict.fromkeys(f"{speed:g}" for speed in speeds))
 
 
 def _words(line: Line, pose: PoseSpec) -> str:
