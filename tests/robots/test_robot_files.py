@@ -170,6 +170,14 @@ def test_only_robots_of_two_papers_are_told_of_obstacles_by_a_camera() -> None:
         assert "rescue" not in load_suite(suite).robots or suite.startswith("sar-")
 
 
+def test_the_example_can_begin_to_turn_on_the_spot() -> None:
+    """DWA drops samples that neither drive nor turn fast enough: what a robot at rest can't reach in a period it never does."""
+    tables = load_robot(str(Path(__file__).parents[2] / "examples" / "my_robot.toml")).navigators["move-base"]
+    dwa, period = tables["DWAPlannerROS"], 1.0 / tables["move_base"]["controller_frequency"]
+    assert dwa["min_vel_theta"] <= dwa["acc_lim_theta"] * period
+    assert dwa["min_vel_trans"] <= dwa["acc_lim_x"] * period
+
+
 def test_a_preset_can_take_a_part_away(tmp_path: Path) -> None:
     plain, lidar = load_robot("rescue"), load_robot("rescue:lidar")
     assert plain.camera is not None
