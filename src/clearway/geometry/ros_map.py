@@ -81,7 +81,9 @@ def _read(path: Path) -> tuple[OccupancyGrid, bool]:
         )
     if yaw != 0:
         raise ClearwayError(
-            f"a rotated map (yaw {yaw}) isn't supported; turn the image so that yaw is 0", file=path, field="origin"
+            f"a rotated map (yaw {yaw:g}) isn't supported; with yaw 0 its places are turned about its lower-left corner by {-yaw:g} rad",
+            file=path,
+            field="origin",
         )
     occupied = _number(table.get("occupied_thresh", 0.65), path, "occupied_thresh")
     free = _number(table.get("free_thresh", 0.196), path, "free_thresh")
@@ -90,7 +92,10 @@ def _read(path: Path) -> tuple[OccupancyGrid, bool]:
             f"free_thresh {free} and occupied_thresh {occupied} must be in order within 0 and 1", file=path
         )
     if (mode := table.get("mode", "trinary")) != "trinary":
-        raise ClearwayError(f"{shown(mode)} isn't supported; use 'trinary'", file=path, field="mode")
+        instead = (
+            "what lies between the thresholds is unknown with 'trinary'" if mode == "scale" else "save it as 'trinary'"
+        )
+        raise ClearwayError(f"{shown(mode)} isn't supported; {instead}", file=path, field="mode")
     if not isinstance(name := table["image"], str) or not os.path.isfile(path.parent / name):
         raise ClearwayError(f"{shown(name)} does not exist beside the yaml", file=path, field="image")
     if (negate := table.get("negate", 0)) not in (0, 1):
