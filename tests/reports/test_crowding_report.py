@@ -42,6 +42,8 @@ def test_the_table_of_people_has_means_intervals_and_the_worst() -> None:
     assert cells[4].small.split("\n") == [f"[{interval.low:.2f}, {interval.high:.2f}]", "worst 0.40", "of 3"]
     assert [c.text for c in cost.rows[0]][4:] == ["0.25"]
     assert cost.rows[0][4].small.endswith("worst 1.00\nof 2")
+    assert "A delay below 0" in cost.caption
+    assert "A delay below 0" not in encounters.people(found([row(0, people_delay=0.5)]))[0].caption
     assert encounters.people(found([row(0, people=0)])) == []
 
 

@@ -27,9 +27,15 @@ _SMOOTHNESS = {
 """Indicators: how each is printed, with how many digits."""
 _MEANS = "Means with their 95 % intervals (t), and the worst trial; below, of how many trials: those that did not finish have none"
 
+_SOONER = (
+    " A delay below 0: somebody came sooner with the robot, as it held up who would have been in the way; far below 0, somebody who "
+    "without it stands for good before others or what is pushed, which no robot is to be praised for."
+)
+
 
 def people(f: Findings) -> list[Grid]:
     """How near each system came to people and what it cost them, by batch; nothing without people."""
+    sooner = _SOONER if any((r.get("people_delay") or 0.0) < 0.0 for r in f.rows) else ""
     tables = (
         _table(
             f, _NEARNESS,
@@ -41,7 +47,7 @@ def people(f: Findings) -> list[Grid]:
             f, _COST,
             "What robots cost people: how much later they arrive, and how much further they walk, than the same people in the same scene "
             "without robots; the mean of a trial's people. Who has not come two minutes after the trial counts as coming then. Means with their "
-            "95 % intervals (t), and the worst trial; below, of how many trials: those that a contact or a failure cut short have none.",
+            f"95 % intervals (t), and the worst trial; below, of how many trials: those that a contact or a failure cut short have none.{sooner}",
         ),
     )  # fmt: skip
     return [table for table in tables if table is not None]
