@@ -24,10 +24,11 @@ from clearway.reports.outcomes import beside, breakdown, correlations, normality
 from clearway.reports.parameters import every_parameter, source, table_3
 from clearway.reports.replays import in_turn
 from clearway.reports.selection import representative
+from clearway.reports.text import comparison
 from clearway.reports.theme import themed, to_svg
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection
-from clearway.statistics import describe
+from clearway.statistics import compare_all, describe
 from clearway.trials import Trial
 from clearway.trials.store import Results, open_results
 from html_outline import outline
@@ -243,6 +244,14 @@ def test_what_moves_on_later_legs_alone_is_in_the_layout(tmp_path: Path) -> None
 
 def _coloured(patch: Any, colour: str) -> bool:
     return bool(to_hex(patch.get_edgecolor()) == to_hex(colour))
+
+
+def test_a_comparison_without_values_has_no_empty_table(results: Results) -> None:
+    [found] = compare_all({"before": results.trials, "after": results.trials})
+    assert "effect:" in comparison(found)
+    nothing = comparison(replace(found, differences=found.differences.slice(0, 0)))
+    assert nothing.endswith("no indicator has a value on both sides of a pair, as where one of the two never finished")
+    assert "effect:" not in nothing
 
 
 def test_normality_is_counted_over_the_batches(results: Results) -> None:

@@ -187,6 +187,8 @@ def _matched(found: ConfigurationComparison) -> str:
 
 _EFFECT = f"effect: matched-pairs rank-biserial correlation, -1 ({{}} is always lower) to +1 (always higher), from {FEWEST} pairs on"
 
+_NO_VALUES = "no indicator has a value on both sides of a pair, as where one of the two never finished"
+
 
 def _shown(by_batch: Mapping[str | None, Any]) -> list[tuple[str | None, Any]]:
     """All batches together and each of them; where there is one only, it says it all."""
@@ -249,7 +251,8 @@ def _paired(found: Comparison) -> str:
         else [f"no interval: fewer than {FEWEST_RESAMPLED} pairs"]
     )
     shared = [said.strip() for said in (sharing.of_pairs([found]), sharing.repeated([found])) if said]
-    return "\n".join([*lines, *doubt, *shared, columns(heads, rows), *few, _EFFECT.format(found.b)])
+    table = [columns(heads, rows), *few, _EFFECT.format(found.b)] if rows else [_NO_VALUES]
+    return "\n".join([*lines, *doubt, *shared, *table])
 
 
 def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
