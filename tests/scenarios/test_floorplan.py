@@ -150,6 +150,30 @@ pose = [2.0, 3.0, 0.1]
 """
 
 
+def test_a_plan_without_walls_has_those_of_its_map(tmp_path: Path) -> None:
+    hall = load_floor_plan("hall")
+    assert hall.map is not None
+    write_map(tmp_path / "floor.yaml", hall.map)
+    path = tmp_path / "ours.toml"
+    lines = 'name = "ours"\nmap = "floor.yaml"\na = [-1.0, 0.0, 0.0]\nb = [1.0, 0.0, 0.0]\n'
+    path.write_text(
+        lines + '[[furniture]]\nname = "chair"\nshape = { kind = "disc", radius = 0.2 }\npose = [0.0, 1.0, 0.0]\n'
+    )
+    plan, bare = load_floor_plan(str(path)), load_floor_plan(str(tmp_path / "floor.yaml"))
+    assert (plan.name, plan.area, plan.bounds) == ("ours", None, bare.bounds)
+    assert [f.name for f in plan.fixtures] == [*(f.name for f in bare.fixtures), "chair"]
+    assert plan.map is not None
+    assert (plan.map.data == hall.map.data).all()
+    assert plan.a is not None
+    assert plan.a.tolist() == [-1.0, 0.0, 0.0]
+    path.write_text(lines.replace("[-1.0, 0.0, 0.0]", "[-100.0, 0.0, 0.0]"))
+    with pytest.raises(ClearwayError, match=r"ours\.toml: a: \(-100, 0\) is outside the floor plan"):
+        load_floor_plan(str(path))
+    path.write_text(lines.replace('map = "floor.yaml"', ""))
+    with pytest.raises(ClearwayError, match="a plan has walls, a map whose occupied cells they are, or an area"):
+        load_floor_plan(str(path))
+
+
 def test_a_user_s_plan(tmp_path: Path) -> None:
     path = tmp_path / "room.toml"
     path.write_text(PLAN)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
+from dataclasses import replace
 from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
@@ -100,9 +101,12 @@ class FloorPlanSpec(Table):
     b: PoseSpec | None = Field(default=None, description="its end, same heading")
     clear: Box | None = Field(default=None, description="x0, y0, x1, y1 of the area kept clear around the line, m")
     area: Box | None = Field(
-        default=None, description="x0, y0, x1, y1 that a robot's centre is to stay in, m; a plan without walls needs it"
+        default=None,
+        description="x0, y0, x1, y1 that a robot's centre is to stay in, m; a plan without walls and map needs it",
     )
-    walls: tuple[WallSpec, ...] = Field(default=(), max_length=FIXTURES)
+    walls: tuple[WallSpec, ...] = Field(
+        default=(), max_length=FIXTURES, description="default: without an area the occupied cells of the map"
+    )
     furniture: tuple[FurnitureSpec, ...] = Field(default=(), max_length=FIXTURES)
     rooms: tuple[RoomSpec, ...] = Field(default=(), max_length=FIXTURES, description="names and floors, for people")
 
@@ -110,8 +114,10 @@ class FloorPlanSpec(Table):
     def _consistent(self) -> FloorPlanSpec:
         _ordered(self.clear)
         _ordered(self.area)
-        if not self.walls and self.area is None:
-            raise ValueError("a plan has walls, or an area that a robot is to stay in")
+        if not self.walls and self.area is None and self.map is None:
+            raise ValueError(
+                "a plan has walls, a map whose occupied cells they are, or an area that a robot is to stay in"
+            )
         if (self.a is None) != (self.b is None):
             raise ValueError("a plan has both a and b, or neither")
         if self.a is not None and self.b is not None:
@@ -211,6 +217,11 @@ def _bounds(fixtures: tuple[Fixture, ...], area: Box | None = None) -> tuple[flo
 
 def _from_toml(path: Path) -> FloorPlan:
     spec = read_floor_plan(path)
+    if spec.map is not None and not spec.walls and spec.area is None:
+        bare = _from_map(path.parent / spec.map)
+        own = floor_plan_of(spec.model_copy(update={"area": bare.bounds}))
+        _refuse_vast(path, spec, own.fixtures, bare.bounds)
+        return replace(own, fixtures=(*bare.fixtures, *own.fixtures), map=bare.map, bounds=bare.bounds, area=None)
     _refuse_vast(path, spec, fixtures := _fixtures(spec), _bounds(fixtures, spec.area))
     return floor_plan_of(spec, None if spec.map is None else read_map(path.parent / spec.map))
 
