@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ast
 import importlib
-import importlib.util
 import os
 import sys
 from collections.abc import Iterable, Mapping
@@ -21,6 +20,7 @@ from typing import Any, TypeVar
 from clearway.errors import ClearwayError, unknown
 from clearway.foreign import said
 from clearway.given import given
+from clearway.imports import module_of
 
 T = TypeVar("T")
 
@@ -140,7 +140,7 @@ class Registry:
                 file = Path(where).resolve()
                 if not os.path.isfile(file):
                     raise ClearwayError("no such file", file=file)
-                return _from_file(file, file.stat().st_mtime_ns)  # read again once it has changed
+                return module_of(file)
             if "" not in sys.path and str(Path.cwd()) not in sys.path:
                 sys.path.append(str(Path.cwd()))  # as `python -m` does: the user's package may lie where they stand
             return importlib.import_module(where)
@@ -180,19 +180,3 @@ def in_a_line(error: BaseException) -> str:
 @cache
 def _points(group: str) -> tuple[EntryPoint, ...]:
     return tuple(entry_points(group=group))
-
-
-@cache
-def _from_file(file: Path, changed: int) -> ModuleType:
-    name = f"clearway_own_{file.stem}"
-    spec = importlib.util.spec_from_file_location(name, file)
-    assert spec is not None  # a .py file always has both
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses and pickle look a class's module up by name
-    try:
-        spec.loader.exec_module(module)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module

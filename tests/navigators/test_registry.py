@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
+from clearway.campaigns import provenance
+from clearway.campaigns.plan import CampaignPlan, Selection
+from clearway.campaigns.plan_checks import check_plan
 from clearway.errors import ClearwayError
 from clearway.navigators import registry
 
@@ -47,6 +51,65 @@ def test_a_file_and_a_module_are_addresses(own: Path, monkeypatch: pytest.Monkey
     assert type(registry.make_navigator(f"{own}:Still")) is type(made)  # the file is loaded once
     monkeypatch.chdir(own.parent)
     assert registry.make_navigator("own_still:Still").pace == 0.0  # a module that lies where the user stands
+
+
+def test_a_file_imports_what_lies_beside_it(tmp_path: Path) -> None:
+    """As `python own_beside.py` would; once it has changed it is read again, and so is the record of what drove."""
+    file, helper, package = tmp_path / "own_beside.py", tmp_path / "own_helper.py", tmp_path / "own_parts"
+    package.mkdir()
+    (package / "__init__.py").write_text("from .pace import PACE\n")
+    (package / "pace.py").write_text("PACE = 0.1\n")
+    helper.write_text("PACE = 0.2\n")
+    file.write_text(
+        f"from own_helper import PACE\n{OWN}\ndef late():\n    from own_parts import PACE\n    return PACE\n"
+    )
+    path = sys.path.copy()
+    assert registry.navigator_class(f"{file}:PACE.__class__") is float
+    sys.path[:] = path  # as a worker's is put back after each trial
+    assert registry.navigator_class(f"{file}:late")() == 0.1
+    before = provenance.code_of(f"{file}:Still")
+    for changed, value in ((helper, 0.25), (package / "pace.py", 0.15)):
+        changed.write_text(f"PACE = {value}\n")
+        after = provenance.code_of(f"{file}:Still")
+        assert after != before
+        before = after
+    made = registry.navigator_class(f"{file}:late")
+    assert (made.__globals__["PACE"], made()) == (0.25, 0.15)
+
+
+def test_files_of_one_name_are_told_apart(tmp_path: Path) -> None:
+    codes = set()
+    for folder in (tmp_path / "old", tmp_path / "new"):
+        folder.mkdir()
+        (folder / "own_version.py").write_text(f"{OWN}\nversion = {folder.name!r}\n")
+    for _ in range(2):
+        codes |= {provenance.code_of(f"{tmp_path / folder / 'own_version.py'}:Still") for folder in ("old", "new")}
+    assert len(codes) == 2
+
+
+@pytest.mark.parametrize("name", ["statistics", "sys", "numpy"])
+def test_what_lies_beside_a_file_has_a_name_of_its_own(tmp_path: Path, name: str) -> None:
+    (tmp_path / "own_named.py").write_text(f"import {name}\n{OWN}")
+    (tmp_path / f"{name}.py").write_text("")
+    with pytest.raises(
+        ClearwayError, match=f"own_named.py: imports '{name}' from beside it, but that is the name of .* too"
+    ):
+        registry.navigator_class(f"{tmp_path / 'own_named.py'}:Still")
+
+
+def test_files_of_two_folders_do_not_share_a_module_by_chance(tmp_path: Path) -> None:
+    """Which of two a worker had imported first hung on which trials it got."""
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "own_planner.py").write_text(f"import own_shared\n{OWN}")
+        (tmp_path / folder / "own_shared.py").write_text("")
+    names = tuple(f"{tmp_path / folder / 'own_planner.py'}:Still" for folder in ("one", "two"))
+    plan = CampaignPlan(("hospital",), ("tiago",), names, Selection(batches=("NO",), repetitions=1))
+    with pytest.raises(
+        ClearwayError, match=r"two.own_planner.py: imports 'own_shared' .*one.own_planner.py imports another"
+    ):
+        check_plan(plan, plan.specs())
+    assert not {"own_shared"} & set(sys.modules)
 
 
 def test_two_packages_may_not_claim_one_name() -> None:

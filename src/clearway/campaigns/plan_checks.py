@@ -18,6 +18,7 @@ from clearway.campaigns.robot_tables import in_file_of, unread_tables
 from clearway.campaigns.tuning import tuned_on
 from clearway.contract import Navigator
 from clearway.errors import ClearwayError, unknown
+from clearway.imports import refuse_clashes
 from clearway.navigators.registry import (
     check_drive,
     check_parameters,
@@ -25,6 +26,7 @@ from clearway.navigators.registry import (
     navigator_class,
     navigator_names,
     needs_of,
+    split_options,
 )
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import Robot, load_robot
@@ -95,6 +97,8 @@ def check_plan(plan: CampaignPlan, specs: Iterable[TrialSpec], work: Pool | None
     for name in plan.options:
         if name not in driving:
             raise unknown("navigator", name, driving, field="options")
+    behaviours = (person.behaviour for _, spec, _ in calls for person in spec.scenario.people)
+    refuse_clashes(dict.fromkeys([*(split_options(name)[0] for name in driving), *behaviours]))
     limit = prepare_limit(plan.decision_limit)
     work = work or Pool(0, Path())
     found = dict(work.each(_check_combination, calls, patience=limit, fallen=_cannot_be_made))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import os
 import sys
@@ -13,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from clearway.imports import with_imports
 from clearway.reading import opened
 
 _CLEARWAY = Path(__file__).parents[1]
@@ -100,27 +100,3 @@ def _of_file(file: Path) -> bytes:
         while piece := content.read(1 << 20):
             seen.update(piece)
     return seen.digest()
-
-
-def with_imports(file: Path) -> set[Path]:
-    """A Python file, and the files beside it that it imports, at any depth."""
-    found, new = set[Path](), [file]
-    while new:
-        now = new.pop()
-        if now not in found:
-            found.add(now)
-            new += [f for name in _imported(now) for f in _beside(file.parent, name)]
-    return found
-
-
-def _imported(file: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(file.read_bytes())):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            yield from (".".join(filter(None, (node.module, name))) for name in ("", *(a.name for a in node.names)))
-
-
-def _beside(folder: Path, name: str) -> Iterator[Path]:
-    place = folder.joinpath(*name.split("."))
-    yield from (f for f in (place.with_suffix(".py"), place / "__init__.py") if f.is_file())

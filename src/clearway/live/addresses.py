@@ -12,8 +12,8 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from clearway.campaigns.source import with_imports
 from clearway.errors import ClearwayError
+from clearway.imports import with_imports
 from clearway.live.arena import ArenaPlanner, Manifest, read_manifest
 from clearway.live.conformance import Said, said_of
 from clearway.live.line import WireError
@@ -212,9 +212,4 @@ def is_here(host: str) -> bool:
 
 
 def _with_imports(file: Path) -> list[Path]:
-    if file.suffix != ".py":
-        return [file]
-    try:
-        return [file, *sorted(with_imports(file.resolve()) - {file.resolve()})]
-    except (SyntaxError, ValueError):
-        return [file]
+    return [file, *sorted(with_imports(file.resolve()) - {file.resolve()})] if file.suffix == ".py" else [file]
