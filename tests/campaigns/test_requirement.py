@@ -199,9 +199,10 @@ def test_a_map_is_coloured_by_a_width_from_a_place_that_is_free(tmp_path: Path) 
     cells[10:22, 32:34] = 254  # two rooms of 3 m, and a door of 1.2 m
     (tmp_path / "map.pgm").write_bytes(b"P5\n66 34\n255\n" + cells.tobytes())
     found = clearway.passable(tmp_path, tmp_path / "map.yaml", start=(1.0, 1.0))
-    assert found.probability[17, 48] == pytest.approx(
-        0.75, abs=0.05
-    )  # by the door's width, halfway between 1.0 and 1.4 m
+    assert (found.width[17, 48], found.probability[17, 48]) == (
+        1.0,
+        0.5,
+    )  # 1.4 m is what 90 % take, as the sentence says
     assert found.probability[17, 17] == 1.0
     assert found.share(1.0) == pytest.approx(0.5, abs=0.05)
     with pytest.raises(ClearwayError, match=r"start: \(1, 0.1\) is no free place of the map"):

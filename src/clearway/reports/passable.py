@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -19,8 +18,6 @@ from clearway.reports.requirement import Requirement
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STEPS = 24
-"""At most so many widths between the hardest and the easiest that was tried tell passages apart; no finer than the map's cells."""
 _COLOURS = "RdYlBu"
 """Matplotlib's scale from never (red) to always (blue), which colour-blind people can read."""
 
@@ -33,9 +30,10 @@ class Passable:
         found: The requirement whose curve it follows.
         grid: The map.
         start: Where the robot comes from (x, y), m.
-        width: (rows, cols) the narrowest passage on the widest way to each cell, m, as far as the curve tells them apart; 0: narrower
-            than what was tried; NaN: not free.
-        probability: (rows, cols) of passing it, by the isotonic curve; 0 where it is narrower than what was tried, NaN: not free.
+        width: (rows, cols) the widest of the widths that were tried that the narrowest passage has, m, on the widest way to each cell;
+            0: it is narrower than all of them; NaN: not free.
+        probability: (rows, cols) of passing it, by the isotonic curve at that width, in [0, 1]; 0 where it is narrower than all that
+            was tried, NaN: not free.
     """
 
     found: Requirement
@@ -124,10 +122,8 @@ def passable(found: Requirement, grid: OccupancyGrid, start: tuple[float, float]
             f"a map has widths, and {found.quantity} is none; ask for a door or a corridor", field="offer"
         )
     start = roomiest(grid) if start is None else start
-    tried = sorted(zip(found.values, found.curve, strict=True))
-    values, curve = [v for v, _ in tried], [c for _, c in tried]
-    many = min(STEPS, math.ceil((values[-1] - values[0]) / grid.resolution)) + 1
-    widths = {*np.linspace(values[0], values[-1], many), *([] if found.passes is None else [found.passes])}
-    width = widest_ways(grid, start, widths)
-    probability = np.where(width == 0.0, 0.0, np.interp(width, values, curve))
+    width = widest_ways(grid, start, found.values)
+    probability = np.zeros(width.shape)  # between two widths that of the narrower, as the sentence has it
+    for value, share in zip(found.values, found.curve, strict=True):
+        probability[width == value] = share
     return Passable(found, grid, start, width, np.where(np.isnan(width), np.nan, probability))

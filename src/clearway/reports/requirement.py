@@ -120,7 +120,8 @@ class Requirement:
             if self.fails is not None and self.passes is not None:
                 ax.axvspan(*sorted((self.fails, self.passes)), color=theme.RULE, lw=0, label="interval")
             ax.axhline(self.reliability, color=theme.MUTED, lw=0.8, ls="--", label="asked for")
-            ax.plot(x, [self.curve[i] for i in order], color=theme.ROBOT, lw=1.4, label="isotonic")
+            held = "steps-post" if self.eases else "steps-pre"  # as the sentence has it: from the harder value on
+            ax.plot(x, [self.curve[i] for i in order], color=theme.ROBOT, lw=1.4, drawstyle=held, label="isotonic")
             for i in order:
                 found = wilson_interval(self.successes[i], self.trials[i], self.confidence)
                 ax.plot([self.values[i]] * 2, [found.low, found.high], color=theme.MUTED, lw=0.8)
