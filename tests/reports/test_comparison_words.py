@@ -113,6 +113,13 @@ def test_the_terminals_means_say_whom_they_leave_out() -> None:
     assert text.headline(some).endswith("such as those that did not finish: CT 2")
 
 
+def test_every_interval_of_a_share_says_of_which_kind_it_is() -> None:
+    """Clopper and Pearson's beside SR; the page's first table has Wilson's, which says so too (`test_first_screen`)."""
+    told = text.headline(system("x", 16))
+    assert "SR [%] (95 %, exact)" in told
+    assert "50 (32-68)" in told
+
+
 def test_a_navigator_is_named_once_beside_what_it_was_tuned_on() -> None:
     assert text.tuned_lines({"tiago, hp-st": {"hp-st": "none"}, "hp-st": {"hp-st": "none"}}) == [
         "tiago, hp-st: none",

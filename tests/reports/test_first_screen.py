@@ -117,6 +117,7 @@ def test_a_difference_is_shown_by_the_paired_test_alone() -> None:
     assert second.shares[2].shown
     assert second.shares[0].against == ""  # none of them touched anything
     i = wilson_interval(10, 20)
+    assert "Wilson's 95 % interval, which is shorter than the exact one that SR has" in clear.caption
     assert second.shares[2].percent == f"50 % [{100 * i.low:.0f}, {100 * i.high:.0f}]"
     unclear = only(made_up(("a", "x", [{}] * 20), ("b", "x", [{}] * 15 + [MISSED] * 5)))
     low = unclear.lines[1].shares[2]  # 0 against 5: McNemar's p is 2 / 32

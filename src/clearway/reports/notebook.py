@@ -27,7 +27,10 @@ def as_html(results: Results, summary: pa.Table) -> str:
     units = {f.name: f.metadata[b"unit"].decode() for f in summary.schema}
     head = "".join(f"<th>{escape(n)}{f' [{escape(units[n])}]' if units[n] else ''}</th>" for n in names)
     body = "".join(f"<tr>{''.join(f'<td>{_cell(row, n)}</td>' for n in names)}</tr>" for row in rows)
-    title = f"{len(results)} trials in {escape(str(results.path))}; 95 % intervals in brackets; means are of the trials that have a value"
+    brackets = "95 % intervals in brackets, of SR the exact one"
+    title = (
+        f"{len(results)} trials in {escape(str(results.path))}; {brackets}; means are of the trials that have a value"
+    )
     return f"<p>{title}</p><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 

@@ -38,7 +38,7 @@ def headline(table: pa.Table) -> str:
     shown = [c for c in GROUP if c not in hidden]
     heads = [{"speed": "v [m/s]", "setup": "set-up"}.get(c, c) for c in shown] + [
         "n",
-        "SR [%] (95 %)",
+        "SR [%] (95 %, exact)",
         "robot's estimate",
         "with slack",
     ]

@@ -152,7 +152,7 @@ class Verdicts:
         said = counted(self.n, "test")
         said += ", the same for all" if several else ""
         said += f"; {self.left_out} trials of tests that not all ran are left out here" if self.left_out else ""
-        said += ". Shares with Wilson's 95 % interval"
+        said += ". Shares with Wilson's 95 % interval, which is shorter than the exact one that SR has below and on the terminal"
         if several:
             said += (
                 "; below, how far from the highest, with Newcombe's interval for pairs. A difference is shown where McNemar's exact test "
