@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from itertools import islice
 from typing import Any
 
@@ -33,7 +34,12 @@ class ClearwayError(Exception):
             what a worker raised anew as `type(error)(error)`.
         file: The file it stands in, if there is one.
         field: The field (dotted path) it stands in, if there is one.
+
+    Attributes:
+        others: What else is wrong, where all of it was looked for.
     """
+
+    others: tuple[ClearwayError, ...] = ()
 
     def __init__(self, problem: str | Exception, *, file: object = None, field: str | None = None) -> None:
         self.problem, self.file, self.field = str(problem), None if file is None else str(file), field
@@ -41,6 +47,28 @@ class ClearwayError(Exception):
         text = _cut(self.problem, LONGEST)
         where, text = _printable(where, but=""), _printable(text, but="\n")
         super().__init__(f"{where}: {text}" if where else text)
+
+
+@contextmanager
+def noted(wrong: list[ClearwayError]) -> Iterator[None]:
+    """Note what is wrong in a block instead of raising it, so that what comes behind is looked at too."""
+    try:
+        yield
+    except ClearwayError as error:
+        wrong += [error, *error.others]
+
+
+def refuse(wrong: Iterable[ClearwayError]) -> None:
+    """Raise the first of what was found wrong, which holds the others; nothing of the kind is told twice.
+
+    Raises:
+        ClearwayError: something was.
+    """
+    told = {str(error): error for error in reversed(list(wrong))}
+    if told:
+        *others, first = told.values()
+        first.others = tuple(reversed(others))
+        raise first
 
 
 def shown(value: object) -> str:

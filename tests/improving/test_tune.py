@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from types import SimpleNamespace
@@ -106,6 +107,50 @@ def test_check_knows_a_task_and_says_what_tune_would(tmp_path: Path) -> None:
     ):
         said = CliRunner().invoke(app, ["check", str(_written(tmp_path, old, new))])
         assert (said.exit_code, problem in said.output) == (1, True), said.output
+
+
+@pytest.mark.parametrize(
+    ("changes", "fields"),
+    [
+        (
+            {
+                "sim_time = [1.0, 3.5]": "sim_time = [3.5, 1.0]\nmax_vel_x = [3.5, 1.0]", "minimise CT": "minimise CTT",
+                "min MDO >= 0.02": "MDO", '"hospital"\nbatches = ["MO"]': '"hospital"\nbatches = ["MMO"]', "held-out": "held",
+            },
+            ("parameters.DWAPlannerROS.sim_time", "parameters.DWAPlannerROS.max_vel_x", "objective", "constraints", "training",
+             "held_out"),
+        ),
+        (
+            {"sim_time = [1.0, 3.5]": "sim_tim = [1.0, 3.5]\nsim_time = [-1.0, 2.0]"},
+            ("parameters.DWAPlannerROS.sim_tim", "parameters.DWAPlannerROS.sim_time"),
+        ),
+        (
+            {"suite": "sweet", "repetitions = 1": "repetitions = 0.5", "halving": "halve"},
+            ("training.sweet", "held_out.sweet", "training.suite", "training.repetitions", "held_out.suite", "held_out.repetitions",
+             "search.method"),
+        ),
+        (
+            {"batches": "repetitions = 2\nbatches", "repetitions = 1\n": "", "halving": "halving\"\ntrials = 5 #", "-held-out": ""},
+            ("held_out", "search.trials"),
+        ),
+    ],
+)  # fmt: skip
+def test_check_tells_all_that_is_wrong_at_once(
+    tmp_path: Path, changes: dict[str, str], fields: tuple[str, ...]
+) -> None:
+    file = _written(tmp_path)
+    text = file.read_text()
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    file.write_text(text)
+    said = CliRunner().invoke(app, ["check", str(file), "--json"])
+    assert said.exit_code == 1, said.output
+    told = json.loads(said.stdout)["problems"]
+    assert [problem.removeprefix(f"{file}: ").partition(": ")[0] for problem in told] == list(fields)
+    with pytest.raises(ClearwayError) as error:
+        tune(file, tmp_path / "out", workers=0)
+    assert str(error.value) == told[0]
 
 
 def test_frozen_scenarios_may_be_held_out_and_the_same_may_not(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from statistics import fmean, median
 from typing import Literal
 
-from clearway.errors import ClearwayError, shown, unknown
+from clearway.errors import ClearwayError, noted, refuse, shown, unknown
 from clearway.indicators import INDICATORS
 
 Answers = Mapping[str, float | None]
@@ -125,35 +125,45 @@ def read_objective(goals: Sequence[str], limits: Sequence[str], file: str) -> Ob
     Raises:
         ClearwayError: one is none, or names no indicator.
     """
+    wrong: list[ClearwayError] = []
     read: list[Goal] = []
     for text in goals:
-        if (match := _GOAL.fullmatch(text.strip())) is None:
-            raise ClearwayError(
-                f"{shown(text)} is no objective; 'maximise success' and 'minimise CT' are", file=file, field="objective"
-            )
-        read.append(Goal(_known(match[2], file, "objective"), 1 if match[1] == "minimise" else -1))
+        with noted(wrong):
+            read.append(_goal(text, file))
     if len({goal.indicator for goal in read}) < len(read):
-        raise ClearwayError("an indicator stands in it twice", file=file, field="objective")
+        wrong.append(ClearwayError("an indicator stands in it twice", file=file, field="objective"))
     kept: list[Limit] = []
     for text in limits:
-        if (match := _LIMIT.fullmatch(text.strip())) is None:
-            raise ClearwayError(
-                f"{shown(text)} is no constraint; 'min MDO >= 0.05' and 'CT <= 60' are", file=file, field="constraints"
-            )
-        try:
-            limit = float(match[4])
-        except ValueError:
-            raise ClearwayError(f"{shown(match[4])} is no number", file=file, field="constraints") from None
-        name = _known(match[2], file, "constraints")
-        least, most = INDICATORS[name].bounds
-        if name == "success":
-            most = 1.0
-        if (limit > most) if match[3] == ">=" else (limit < least):
-            raise ClearwayError(
-                f"{text!r} can never hold: {name} is {least:g} to {most:g}", file=file, field="constraints"
-            )
-        kept.append(Limit(name, match[1] or "mean", match[3] == ">=", limit))
+        with noted(wrong):
+            kept.append(_limit(text, file))
+    refuse(wrong)
     return Objective(tuple(read), tuple(kept))
+
+
+def _goal(text: str, file: str) -> Goal:
+    if (match := _GOAL.fullmatch(text.strip())) is None:
+        raise ClearwayError(
+            f"{shown(text)} is no objective; 'maximise success' and 'minimise CT' are", file=file, field="objective"
+        )
+    return Goal(_known(match[2], file, "objective"), 1 if match[1] == "minimise" else -1)
+
+
+def _limit(text: str, file: str) -> Limit:
+    if (match := _LIMIT.fullmatch(text.strip())) is None:
+        raise ClearwayError(
+            f"{shown(text)} is no constraint; 'min MDO >= 0.05' and 'CT <= 60' are", file=file, field="constraints"
+        )
+    try:
+        limit = float(match[4])
+    except ValueError:
+        raise ClearwayError(f"{shown(match[4])} is no number", file=file, field="constraints") from None
+    name = _known(match[2], file, "constraints")
+    least, most = INDICATORS[name].bounds
+    if name == "success":
+        most = 1.0
+    if (limit > most) if match[3] == ">=" else (limit < least):
+        raise ClearwayError(f"{text!r} can never hold: {name} is {least:g} to {most:g}", file=file, field="constraints")
+    return Limit(name, match[1] or "mean", match[3] == ">=", limit)
 
 
 def _known(name: str, file: str, field: str) -> str:

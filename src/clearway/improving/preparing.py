@@ -13,11 +13,11 @@ import numpy as np
 
 from clearway.campaigns.plan import TrialSpec
 from clearway.campaigns.plan_checks import check_plan
-from clearway.errors import ClearwayError, shown
+from clearway.errors import ClearwayError, noted, refuse, shown
 from clearway.improving.objective import Objective, read_objective
 from clearway.improving.search import cma_module, refuse_little
 from clearway.improving.settings import Settings, Together
-from clearway.improving.task import Task, Variable, read_task
+from clearway.improving.task import Setting, Task, Variable, read_task
 from clearway.improving.trials import refuse_overlap
 from clearway.reading import read_toml
 
@@ -47,21 +47,28 @@ def prepared(asked: Task) -> Prepared:
     """Read and check what a task names.
 
     Raises:
-        ClearwayError: something in it is wrong.
+        ClearwayError: something in it is wrong; it is the first of that and holds the others.
     """
-    objective = read_objective(asked.objective, asked.constraints, asked.file)
+    wrong: list[ClearwayError] = []
+    with noted(wrong):
+        objective = read_objective(asked.objective, asked.constraints, asked.file)
     if asked.search.method == "cma":
-        cma_module()
-    same_places = refuse_overlap(asked.training, asked.held_out, asked.file)
-    groups = _shuffled(asked.training.specs(), asked.search.seed)
-    refuse_little(asked.search, len(groups), asked.file)
-    settings = Together(asked.robot, asked.navigator, asked.variables)
-    try:
-        before = settings.before([v.name for v in asked.variables])
-    except ClearwayError as error:
-        raise ClearwayError(error.problem, file=asked.file, field=error.field or "parameters") from error
-    variables = tuple(_whole(v, before[v.name], asked) for v in asked.variables)
-    return Prepared(replace(asked, variables=variables), objective, settings, before, groups, same_places)
+        with noted(wrong):
+            cma_module()
+    with noted(wrong):
+        same_places = refuse_overlap(asked.training, asked.held_out, asked.file)
+    with noted(wrong):
+        groups = _shuffled(asked.training.specs(), asked.search.seed)
+        refuse_little(asked.search, len(groups), asked.file)
+    variables: list[Variable] = []
+    with noted(wrong):
+        settings = Together(asked.robot, asked.navigator, asked.variables)
+        before = _before(settings, asked)
+        for v in asked.variables:
+            with noted(wrong):
+                variables.append(_whole(v, before[v.name], asked))
+    refuse(wrong)
+    return Prepared(replace(asked, variables=tuple(variables)), objective, settings, before, groups, same_places)
 
 
 def is_task(table: dict[str, Any]) -> bool:
@@ -83,15 +90,17 @@ def task_findings(file: Path) -> Iterator[tuple[bool | None, str]] | None:
 
 
 def _findings(file: Path) -> Iterator[tuple[bool | None, str]]:
-    try:
+    wrong: list[ClearwayError] = []
+    with noted(wrong):
         ready = prepared(read_task(file))
         asked = ready.asked
-        with tempfile.TemporaryDirectory(prefix="clearway-check-") as scratch:
-            for plan in (asked.training, asked.held_out):
+        for plan in (asked.training, asked.held_out):
+            with noted(wrong):
                 check_plan(plan, plan.specs())
+        with noted(wrong), tempfile.TemporaryDirectory(prefix="clearway-check-") as scratch:
             check_ends(asked, ready.settings, Path(scratch))
-    except ClearwayError as error:
-        yield False, str(error)
+    if wrong:
+        yield from ((False, text) for text in dict.fromkeys(map(str, wrong)))
         return
     for v in asked.variables:
         yield True, f"{v.name} is {shown(ready.before[v.name])}"
@@ -105,7 +114,7 @@ def _findings(file: Path) -> Iterator[tuple[bool | None, str]]:
 
 def _whole(variable: Variable, before: Any, asked: Task) -> Variable:
     """The variable, a whole number where what came in is one."""
-    field = f"{'options' if variable.option else 'parameters'}.{variable.name}"
+    field = _field(variable)
     if variable.choices:
         return variable
     if isinstance(before, bool | str | list | tuple):
@@ -120,19 +129,44 @@ def check_ends(asked: Task, settings: Settings, folder: Path) -> None:
     """Have the navigator read each parameter at both ends of its range, and every one of its choices.
 
     Raises:
-        ClearwayError: one is refused.
+        ClearwayError: one is refused; it is the first of those that are and holds the others.
     """
+    wrong: list[ClearwayError] = []
+    first = asked.training.specs()[0]
     for k, variable in enumerate(asked.variables):
+        refused: dict[str, Setting] = {}
         for j, value in enumerate(variable.choices or (variable.value(0.0), variable.value(1.0))):
             robot, navigator, _ = settings.write({variable.name: value}, folder, f"end-{k}-{j}")
             plan = replace(asked.training, robots=(robot,), navigators=(navigator,))
-            field = f"{'options' if variable.option else 'parameters'}.{variable.name}"
             try:
-                check_plan(plan, [replace(asked.training.specs()[0], robot=robot, navigator=navigator)])
+                check_plan(plan, [replace(first, robot=robot, navigator=navigator)])
             except ClearwayError as error:
-                raise ClearwayError(
-                    f"{shown(value)} is refused: {error.problem}", file=asked.file, field=field
-                ) from error
+                refused.setdefault(error.problem, value)
+        wrong += [
+            ClearwayError(f"{shown(value)} is refused: {problem}", file=asked.file, field=_field(variable))
+            for problem, value in refused.items()
+        ]
+    refuse(wrong)
+
+
+def _field(variable: Variable) -> str:
+    return f"{'options' if variable.option else 'parameters'}.{variable.name}"
+
+
+def _before(settings: Settings, asked: Task) -> dict[str, Any]:
+    """The values that came in.
+
+    Raises:
+        ClearwayError: parameters of these names aren't known; it is of the first of them and holds the others.
+    """
+    try:
+        return settings.before([v.name for v in asked.variables])
+    except ClearwayError as error:
+        refuse(
+            ClearwayError(one.problem, file=asked.file, field=one.field or "parameters")
+            for one in (error, *error.others)
+        )
+        raise
 
 
 def _shuffled(specs: Sequence[TrialSpec], seed: int) -> list[list[TrialSpec]]:

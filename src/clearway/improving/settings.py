@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Protocol
 from pydantic import BaseModel
 
 from clearway.campaigns.tuning import TUNED_ON_COMMENT, declaration
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, noted, refuse
 from clearway.given import PREFIX
 from clearway.improving.task import Setting, Variable
 from clearway.improving.yaml_text import changed, only, scalars, value_of
@@ -206,12 +206,15 @@ class InYaml:
         found = {file: scalars(file) for file in self._files}
         every = {name: nodes for file in found.values() for name, nodes in file.items()}
         where: dict[str, Path] = {}
+        wrong: list[ClearwayError] = []
         for name in names:
-            only(every, name, self._place)
-            having = [file for file in found if name in found[file]]
-            if len(having) > 1:
-                raise ClearwayError(f"stands in {having[0]} and in {having[1]}; which one is meant?", field=name)
-            where[name] = having[0]
+            with noted(wrong):
+                only(every, name, self._place)
+                having = [file for file in found if name in found[file]]
+                if len(having) > 1:
+                    raise ClearwayError(f"stands in {having[0]} and in {having[1]}; which one is meant?", field=name)
+                where[name] = having[0]
+        refuse(wrong)
         return where
 
 

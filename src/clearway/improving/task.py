@@ -11,11 +11,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from clearway.campaigns.plan import CampaignPlan
-from clearway.errors import ClearwayError, shown
+from clearway.errors import ClearwayError, noted, refuse, shown
+from clearway.improving.objective import read_objective
 from clearway.quantities import Finite, Positive, Whole
 from clearway.reading import read_toml
+from clearway.robots import load_robot
 from clearway.scenarios.suite import Selection, seed_range
-from clearway.validation import Table, first_problem
+from clearway.validation import Table, problems
 
 Setting = bool | int | float | str
 """A parameter's value."""
@@ -161,24 +163,38 @@ def read_task(path: str | Path) -> Task:
     """Read a tuning task.
 
     Raises:
-        ClearwayError: the file can't be read, or a field of it is wrong.
+        ClearwayError: the file can't be read, or fields of it are wrong; it is the first of them and holds the others.
     """
     try:
         read = _File.model_validate(dict(read_toml(path)))
     except ValidationError as error:
-        raise first_problem(error, _File, file=path) from error
-    variables = tuple(
-        _variable(name, given, field == "options", f"{field}.{name}", path)
-        for field, table in (("parameters", read.parameters), ("options", read.options))
-        for name, given in _flat(table)
-    )
+        refuse(problems(error, _File, file=path))
+        raise
+    wrong: list[ClearwayError] = []
+    variables: list[Variable] = []
+    plans: list[CampaignPlan] = []
+    for field, table in (("parameters", read.parameters), ("options", read.options)):
+        for name, given in _flat(table):
+            with noted(wrong):
+                variables.append(_variable(name, given, field == "options", f"{field}.{name}", path))
+    with noted(wrong):
+        read_objective(read.objective, read.constraints, str(path))
+    for field, trials in (("training", read.training), ("held_out", read.held_out)):
+        with noted(wrong):
+            plans.append(_plan(read, trials, field, path))
+    refuse(wrong)
+    training, held_out = plans
     return Task(
-        str(path), read.navigator, read.robot, variables, read.objective, read.constraints,
-        _plan(read, read.training, "training", path), _plan(read, read.held_out, "held_out", path), read.search,
+        str(path), read.navigator, read.robot, tuple(variables), read.objective, read.constraints, training, held_out, read.search
     )  # fmt: skip
 
 
 def _plan(read: _File, trials: _Trials, field: str, path: str | Path) -> CampaignPlan:
+    """The campaign of some trials, of which there are any."""
+    try:
+        load_robot(read.robot)
+    except ClearwayError as error:
+        raise ClearwayError(error.problem, file=path, field="robot") from error
     try:
         selection = Selection(
             batches=trials.batches, configurations=trials.configurations, speeds=trials.speeds, sizes=trials.sizes,
@@ -186,7 +202,7 @@ def _plan(read: _File, trials: _Trials, field: str, path: str | Path) -> Campaig
             scenarios=trials.scenarios, floor_plan=trials.floor_plan, latency=trials.latency, disturbance=trials.disturbance,
             seeds=None if trials.seeds is None else seed_range(trials.seeds),
         )  # fmt: skip
-        return CampaignPlan(
+        plan = CampaignPlan(
             (trials.suite,),
             (read.robot,),
             (read.navigator,),
@@ -195,10 +211,12 @@ def _plan(read: _File, trials: _Trials, field: str, path: str | Path) -> Campaig
             read.localisation,
             tracking=read.tracking,
         )
+        plan.trials()
     except ClearwayError as error:
         raise ClearwayError(
             error.problem, file=path, field=f"{field}.{error.field}" if error.field else field
         ) from error
+    return plan
 
 
 def _flat(table: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
