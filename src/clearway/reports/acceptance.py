@@ -46,7 +46,8 @@ def reasons(judged: Judged) -> list[str]:
         elif judged.more is None and judged.trials:
             parts.append("more trials than can be told: the share lies too near its limit")
         if judged.least is not None:
-            parts.append(f"at least {judged.least:,} to be accepted, none of them failing")
+            trials = "more trial" if judged.least == 1 else "more trials"
+            parts.append(f"at least {judged.least:,} {trials} before it can be accepted, even if none of them fails")
         lines += ["; ".join(parts)] if parts else []
     if judged.failed:
         without = f" ({judged.missing:,} of them without a value)" if judged.missing else ""
