@@ -37,6 +37,16 @@ def test_well_formed_and_self_contained(sheet: str):
     assert "size: A4" in sheet
 
 
+def test_a_single_set_up_is_no_plural():
+    one = Selection(batches=("NO",), speeds=(0.6,), repetitions=1)
+    text = skeleton(selection=one)
+    assert "Test plan: 1 trial of the suite" in text
+    assert "(1 set-up in all)" in text
+    said = " ".join(sheet_of(parsed(text), scenarios("hospital", "tiago", one)).split())
+    assert "1 trial of the suite hospital" in said
+    assert ", in 1 set-up; about" in said
+
+
 def test_five_boxes_a_trial(sheet: str):
     boxes = sum(attributes.get("class") == "box" for _, attributes in outline(sheet))
     assert boxes == 5 * 336 + 9 + 6  # and one an obstacle, one a line of the checklist

@@ -108,6 +108,7 @@ def test_who_drove_what_is_told_where_not_all_drove_all() -> None:
 
     assert who(("a", "x"), ("a", "y"), ("b", "x"), ("b", "y")) == "A and B, each driven by x and y"
     assert who(("a", "x"), ("b", "y")) == "A driven by x and B driven by y"
+    assert who(("a", "recorded")) == "A driven by an unnamed navigator"  # of a test plan that names none
 
 
 def test_a_difference_is_shown_by_the_paired_test_alone() -> None:

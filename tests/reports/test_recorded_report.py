@@ -243,6 +243,8 @@ def test_a_whole_directory_of_attempts_without_a_recording(tmp_path: Path) -> No
     results = write_recorded(tmp_path / "out", lacks=(unrecorded, lambda t: unrecorded(aimless(t))))
     page = write_report(results.path).read_text()
     assert "of 20 attempts nothing was recorded" in page
+    assert "TIAGo driven by an unnamed navigator" in page
+    assert "with recorded" not in page
     empty = measured(next(iter(results)))
     none = replace(
         empty,

@@ -15,7 +15,7 @@ from typing import Any
 
 from clearway.reports import paper, parameters, recordings
 from clearway.reports.findings import Findings
-from clearway.reports.selection import System, distinct, is_recorded
+from clearway.reports.selection import System, distinct, driver, is_recorded
 from clearway.reports.suites import SuiteAbout
 from clearway.robots import DriveLimits, Robot
 from clearway.scenarios.suite import Section
@@ -137,7 +137,7 @@ def test(f: Findings) -> Facts:
         *([("measured by", recordings.stated(f, "capture"))] if f.recorded else []),
         ("map given to the robot", "the floor plan's true map" if map_used == "true" else str(map_used)),
         ("localisation", ", ".join(distinct(f.rows, "localisation"))),
-        ("navigators", ", ".join(dict.fromkeys(s.navigator for s in f.systems))),
+        ("navigators", ", ".join(dict.fromkeys(driver(s.navigator) for s in f.systems))),
         *[
             (f"options of {name}", ", ".join(f"{key} = {value}" for key, value in _dict(options).items()))
             for name, options in _dict(plan.get("options")).items()

@@ -16,6 +16,9 @@ Row: TypeAlias = Mapping[str, Any]
 SELECTABLE = (*(column.name for column in COLUMNS if column.selectable), "trial")
 """What trials can be selected by."""
 
+UNNAMED = "recorded"
+"""The navigator of a test plan that names none."""
+
 
 @dataclass(frozen=True, slots=True)
 class System:
@@ -148,6 +151,11 @@ def representative(rows: Sequence[Row]) -> Row | None:
 def _as_in_figure_5(row: Row) -> bool:
     wanted = paper.FIGURE_5.get((row["batch"], row["configuration"]), {})
     return all(row[column] == value for column, value in wanted.items())
+
+
+def driver(navigator: str) -> str:
+    """A navigator's name in a sentence; who drove a recorded robot a test plan need not say."""
+    return "an unnamed navigator" if navigator == UNNAMED else navigator
 
 
 def is_recorded(row: Row) -> bool:

@@ -10,7 +10,7 @@ from clearway.reports import causes, decision_time, paper, recordings, sharing, 
 from clearway.reports.findings import Findings
 from clearway.reports.grid import counted, num
 from clearway.reports.same_tests import LABELS
-from clearway.reports.selection import System, distinct, is_recorded
+from clearway.reports.selection import System, distinct, driver, is_recorded
 from clearway.reports.verdicts import Line, Verdicts
 from clearway.scenarios.suite import Section, beyond_reach, listed
 from clearway.statistics import wilson_interval
@@ -69,9 +69,10 @@ def _tested(f: Findings, found: Sequence[Verdicts]) -> str:
 
 
 def _who(systems: Sequence[System], f: Findings) -> str:
-    robots, navigators = (list(dict.fromkeys(getattr(s, a) for s in systems)) for a in ("robot", "navigator"))
+    robots = list(dict.fromkeys(s.robot for s in systems))
+    navigators = list(dict.fromkeys(driver(s.navigator) for s in systems))
     titles = [f.title(r) for r in robots]
-    by = {r: [s.navigator for s in systems if s.robot == r] for r in robots}
+    by = {r: [driver(s.navigator) for s in systems if s.robot == r] for r in robots}
     if len(robots) <= FEW and any(set(own) != set(navigators) for own in by.values()):
         return listed([f"{f.title(r)} driven by {listed(list(dict.fromkeys(own)))}" for r, own in by.items()])
     if len(robots) <= FEW and len(navigators) <= FEW:

@@ -17,7 +17,7 @@ from clearway.reports import recordings, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, counted, num, rate, rate_ends
 from clearway.reports.same_tests import SameTests
-from clearway.reports.selection import Row, System, is_recorded
+from clearway.reports.selection import Row, System, driver, is_recorded
 from clearway.statistics import Interval, PairedSuccess, any_estimate, holm, paired_success, wilson_interval
 
 FEWEST_TIMES = 5
@@ -179,7 +179,7 @@ def verdicts(f: Findings, group: SameTests) -> Verdicts:
         times = [rows[i]["CT"] for i in finished]
         scores = [r["barn_score"] or 0.0 for r in rows] if any(r["barn_score"] is not None for r in rows) else []
         lines.append(Line(
-            system, f.title(system.robot), f"{system.navigator}{setup}{privileged}", tuple(s[system] for s in shares),
+            system, f.title(system.robot), f"{driver(system.navigator)}{setup}{privileged}", tuple(s[system] for s in shares),
             f"{num(median(times), 1)} s" if len(times) >= FEWEST_TIMES or (times and len(group.systems) == 1) else NONE,
             _nearest(rows, obstacles), num(mean(scores), 3) if scores else "", tuning.sentence(rows) if tuning.sign(rows) else "",
         ))  # fmt: skip

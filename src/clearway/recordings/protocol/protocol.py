@@ -116,10 +116,9 @@ class _Writer:
         return "\n".join(parts)
 
     def head(self, suite: str) -> str:
-        setups = len({setup(s) for s in self.scenarios})
-        return _HEAD.format(
-            trials=len(self.scenarios), suite=suite, robot=self.robot.title or self.robot.name, setups=setups
-        )
+        counts = {"trial": len(self.scenarios), "set-up": len({setup(s) for s in self.scenarios})}
+        trials, setups = (f"{n} {what}{'s' * (n != 1)}" for what, n in counts.items())
+        return _HEAD.format(trials=trials, suite=suite, robot=self.robot.title or self.robot.name, setups=setups)
 
     def test(self) -> str:
         tolerances = {leg.tolerances(self.robot.tolerances) for s in self.scenarios for leg in s.legs}
@@ -317,14 +316,14 @@ def _rounded(value: Any) -> Any:
 
 
 _HEAD = """\
-# Test plan: {trials} trials of the suite {suite} with {robot}.
+# Test plan: {trials} of the suite {suite} with {robot}.
 #
 # What is left to fill in: [conditions]; the marker names; the names of the files, here as proposals and in each trial.
 # Files are seen from this file's folder. Lengths are metres, angles radians, times seconds.
 # A line that begins with # is a remark; take the # away where you want what stands behind it.
 #
 # Order: batch by batch as in the suite; within a batch all trials among the same obstacles stand together, speeds and
-# repetitions one after another, so that obstacles are carried as rarely as possible ({setups} set-ups in all). You may
+# repetitions one after another, so that obstacles are carried as rarely as possible ({setups} in all). You may
 # drive in another order. The number behind [[trial]] is the one on the run sheet.
 #
 # `clearway check` says what is missing or wrong in this file, `clearway score` makes the results of it.
