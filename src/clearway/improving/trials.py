@@ -19,6 +19,7 @@ from clearway.improving.objective import FAILED, Answers
 from clearway.improving.search import Values
 from clearway.improving.settings import Settings, Written
 from clearway.indicators import INDICATORS
+from clearway.scenarios.suites import suite_names
 from clearway.trials import Outcome
 
 
@@ -103,8 +104,11 @@ def refuse_overlap(training: CampaignPlan, held_out: CampaignPlan, file: str) ->
     """
     first, second = training.selection.seeds, held_out.selection.seeds
     if first and second and training.suites == held_out.suites and max(first[0], second[0]) < min(first[1], second[1]):
+        low, high = max(first[0], second[0]), min(first[1], second[1])
+        both = f"seed {low} is" if high - low == 1 else f"seeds {low} to {high - 1} are"
         raise ClearwayError(
-            f"the seeds {first[0]}:{first[1]} of training and {second[0]}:{second[1]} held out overlap; from {first[1]} on they don't",
+            f"{second[0]}:{second[1]} overlaps with training's {first[0]}:{first[1]}, {both} in both; "
+            f"{first[1]}:{first[1] + second[1] - second[0]} has as many seeds, and none of training",
             file=file, field="held_out.seeds",
         )  # fmt: skip
     ours: dict[str, TrialSpec] = {}
@@ -116,12 +120,21 @@ def refuse_overlap(training: CampaignPlan, held_out: CampaignPlan, file: str) ->
     for spec in held_out.specs():
         if (other := ours.get(_test(spec))) is not None:
             raise ClearwayError(
-                f"the trial {spec.scenario.name!r} of {spec.suite!r} is held out and, as {other.scenario.name!r}, in training too; take "
-                "other seeds, scenarios, or the suite's held-out kin",
+                f"the trial {spec.scenario.name!r} of {spec.suite!r} is held out and, as {other.scenario.name!r}, in training too; hold out "
+                f"{_elsewhere(training, held_out)}",
                 file=file, field="held_out",
             )  # fmt: skip
         same = same or (held_out.selection.seeds is None and _place(spec) in places)
     return same
+
+
+def _elsewhere(training: CampaignPlan, held_out: CampaignPlan) -> str:
+    """What trials that are none of training could be."""
+    drawn, kin = training.selection.seeds, f"{held_out.suites[0]}-held-out"
+    ways = [f"seeds from {drawn[1]} on" if drawn else f"with another seed (seed = {training.seed + 1})"]
+    ways += ["other scenarios"] if held_out.selection.seeds is None else []
+    ways += [f"the suite {kin!r}"] if kin in suite_names() else []
+    return ", or ".join(ways)
 
 
 _PLACE = {"floor_plan", "start", "legs", "obstacles", "people", "robots"}
