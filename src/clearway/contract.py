@@ -105,8 +105,11 @@ class Obstacles:
         position: (n, 2) centre, m.
         velocity: (n, 2) velocity, m/s, NaN where unknown (in an `Observation`: never).
         radius: (n,) radius, m.
-        error: (n,) bound on the position's error, m.
-        velocity_error: (n,) the same for the velocity, m/s, inf where unknown.
+        error: (n,) bound on the length of the position's error, m. Of what moves the tracker `kalman` tells 3 standard deviations along
+            an axis, which 98.9 % of Gaussian errors in the plane keep, or what the measurement's own bound says where that is less;
+            of what stands, and by `difference`, it is the measurement's own. Structure, such as walls, has 0.
+        velocity_error: (n,) the same for the velocity, m/s: 3 standard deviations by `kalman`; by `difference` what both positions'
+            bounds and half a period's acceleration allow. Inf where unknown.
         identity: (n,) int64, the same over time for the same obstacle.
         moving: (n,) bool, whether it is perceived as one that moves (or can move).
     """
