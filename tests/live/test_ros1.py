@@ -97,6 +97,15 @@ def test_one_trial_after_another_and_a_stack_that_is_begun_anew(tmp_path: Path, 
         assert [row["outcome"] for row in rows] == ["reached", "reached"], rows
 
 
+def test_the_clock_goes_on_where_another_process_left_it(tmp_path: Path, master: dict[str, str]) -> None:
+    """It ran ahead of the wall clock; actionlib takes no goal that is older than the last one that was cancelled."""
+    with stand_in(master, "rests"):
+        rows = driven(tmp_path / "twice", master).trials.to_pylist()
+        assert [row["outcome"] for row in rows] == ["reached", "navigator_failed"], rows  # whose goal is cancelled
+        rows = driven(tmp_path / "once more", master).trials.to_pylist()
+    assert [row["outcome"] for row in rows] == ["reached"], rows
+
+
 @pytest.mark.parametrize(
     ("kind", "outcome", "says"),
     [

@@ -42,7 +42,7 @@ class Master:
         self.server = SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False)
         self.uri = f"http://127.0.0.1:{self.server.server_address[1]}"
         for method in ("registerPublisher", "registerSubscriber", "unregisterPublisher", "unregisterSubscriber",
-                       "getPid", "setParam", "getSystemState", "lookupNode", "lookupService"):  # fmt: skip
+                       "getPid", "setParam", "hasParam", "getParam", "getSystemState", "lookupNode", "lookupService"):  # fmt: skip
             self.server.register_function(getattr(self, method))
         threading.Thread(target=self.server.serve_forever, args=(0.02,), daemon=True).start()
 
@@ -70,6 +70,12 @@ class Master:
 
     def getPid(self, who: str) -> Any:
         return 1, "", 1
+
+    def hasParam(self, who: str, name: str) -> Any:
+        return 1, "", name in self.parameters
+
+    def getParam(self, who: str, name: str) -> Any:
+        return 1, "", self.parameters[name]
 
     def setParam(self, who: str, name: str, value: Any) -> Any:
         self.parameters[name] = value
@@ -262,6 +268,19 @@ def test_nothing_is_left_with_the_master(node: Callable[..., Node], master: Mast
     Tcp(master.uri, "127.0.0.1", "").close()
     assert all(not nodes for nodes in master.nodes.values())
     assert master.parameters == {"/use_sim_time": True}
+
+
+def test_how_far_the_clock_came_is_left_with_the_master(node: Callable[..., Node], master: Master) -> None:
+    robot = Tcp(master.uri, "127.0.0.1", "")
+    assert robot.latest == 0
+    robot.begin(Place(17 * 10**17, np.zeros(3), None))
+    robot.close()
+    left = master.parameters["/clearway_clock"]
+    for kept, told in ((left, 17 * 10**17), (7, 0), ("-7", 0), ("soon", 0)):  # others may set it to anything
+        master.parameters["/clearway_clock"] = kept
+        again = Tcp(master.uri, "127.0.0.1", "")
+        assert again.latest == told
+        again.close()
 
 
 def test_what_is_missing_is_told_in_turn(node: Callable[..., Node], master: Master) -> None:

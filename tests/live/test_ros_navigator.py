@@ -24,7 +24,7 @@ class Stack:
         self.answers, self.rejects = answers, rejects
         self.heard: list[tuple[str, float]] = []  # what, and when by the wall clock
         self.stamps: list[float] = []
-        self.closed = 0
+        self.closed = self.latest = 0
 
     def _hear(self, what: str) -> None:
         self.heard.append((what, time.monotonic()))
@@ -95,6 +95,16 @@ def test_it_says_where_it_is_before_it_is_sent_on() -> None:
     said = [what for what, _ in there.heard]
     assert said.count("pursue") == 2
     assert all(said[i - 1] == "tell" for i, what in enumerate(said) if what == "pursue")
+
+
+def test_the_clock_goes_on_where_another_process_left_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(RosNavigator, "_latest", 0)
+    there = Stack()
+    there.latest = int(time.time() + 1000.0) * 10**9
+    made = navigator(there)
+    begin(made)
+    drive(made, 1)
+    assert 1e-9 * there.latest < there.stamps[0] < 1e-9 * there.latest + 5.0
 
 
 def test_what_goes_wrong_in_reset_is_told_by_its_name_and_left() -> None:

@@ -48,8 +48,8 @@ class Pace:
 class RosNavigator:
     """A ROS stack that drives our robot.
 
-    `/clock` begins at the wall clock's whole second and never goes back within a process, as stacks drop their transforms
-    when it does: what counts is the time since the trial began.
+    `/clock` begins at the wall clock's whole second, or where it was left if that is later, and never goes back, as stacks drop
+    their transforms when it does: what counts is the time since the trial began.
 
     Args:
         name: By which its errors name it.
@@ -83,6 +83,7 @@ class RosNavigator:
             self._goal: Goal | None = None
             self._omnidirectional = robot.limits().kind == "omnidirectional"
             self._commands = Commands(_ns(self._pace.watchdog))
+            RosNavigator._latest = max(RosNavigator._latest, transport.latest)
             self._epoch = max(math.ceil(time.time()) * 10**9, RosNavigator._latest + _ns(1.0))
             self._begun: float | None = None
             self._told = 0.0

@@ -9,7 +9,13 @@ from clearway.live.ros.said import GoalState, Moment, Place, Twist
 
 
 class Transport(Protocol):
-    """Carries what the robot says to the stack, and back what the stack says. Nothing of it blocks but `wait`."""
+    """Carries what the robot says to the stack, and back what the stack says. Nothing of it blocks but `wait`.
+
+    Attributes:
+        latest: What `/clock` was told last by whoever drove the stack before this process, ns; 0: nobody knows.
+    """
+
+    latest: int
 
     def begin(self, place: Place) -> None:
         """Say what stays: the map, the static transforms, the initial pose. What was heard before is forgotten."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from clearway.geometry.shapes import FloatArray
 from clearway.live.line import WireError
 from clearway.live.ros.said import GoalState, Moment, Place, Twist
@@ -10,6 +12,8 @@ from clearway.live.ros1.action import MoveBase
 from clearway.live.ros1.messages import WRITING
 from clearway.live.ros1.node import Node
 
+_CLOCK = "/clearway_clock"
+"""The parameter with what `/clock` was told last, ns as text: XML-RPC's numbers have 32 bits."""
 _CLEARS = 1.0
 """s that move_base is waited for to clear its costmaps."""
 
@@ -32,6 +36,8 @@ class Tcp:
             if clocks := node.master.publishers("/clock"):
                 raise WireError(f"has {clocks[0]} that publishes /clock; the simulated robot alone may")
             node.master.call("setParam", "/use_sim_time", True)
+            kept = node.master.call("getParam", _CLOCK) if node.master.call("hasParam", _CLOCK) else ""
+            self.latest = int(kept) if isinstance(kept, str) and kept.isdecimal() else 0
             self._saying = Saying(WRITING, lambda topic: node.publisher(topic.name, topic.kind, topic.latched).publish)
             self._commands = node.subscription("cmd_vel", "geometry_msgs/msg/Twist")
             self._action = MoveBase(node)
@@ -53,6 +59,7 @@ class Tcp:
             self._node.call("move_base/clear_costmaps", _CLEARS)
 
     def pursue(self, goal: FloatArray) -> None:
+        self._keep_clock()
         self._action.pursue(self._saying.stamp, goal)
 
     def goal(self) -> GoalState:
@@ -78,4 +85,12 @@ class Tcp:
         return f"subscriber of /clock in {min(servers)} (/use_sim_time is to be true before it starts)"
 
     def close(self) -> None:
+        self._keep_clock()
         self._node.close()
+
+    def _keep_clock(self) -> None:
+        """Leave word how far `/clock` has come, as the stack outlives this process: actionlib refuses goals that are older than the
+        last one that was cancelled, and what sleeps by the clock fails where that goes back."""
+        if self._saying.stamp:
+            with suppress(WireError):  # a stack can do without its master
+                self._node.master.call("setParam", _CLOCK, str(self._saying.stamp))

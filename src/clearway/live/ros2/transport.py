@@ -20,6 +20,8 @@ class Ros2Transport:
         stamped: Whether `/cmd_vel` holds TwistStamped; else Twist.
     """
 
+    latest = 0  # nobody keeps it
+
     def __init__(self, node: Node, stamped: bool) -> None:
         self._node, self._stamped = node, stamped
         commands = Topic("cmd_vel", f"geometry_msgs/msg/Twist{'Stamped' if stamped else ''}")
