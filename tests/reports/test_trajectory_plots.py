@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -56,3 +57,21 @@ def test_the_ends_of_all_legs_are_named_each_place_once() -> None:
         assert math.dist(named[name], corner[:2]) < 1.0
     lines = {tuple(map(tuple, line.get_xydata().tolist())) for line in ax.lines if line.is_dashed()}
     assert lines == {((0.0, 0.0), (5.0, 0.0)), ((5.0, 0.0), (5.0, 4.0)), ((5.0, 4.0), (0.0, 0.0))}
+
+
+def test_where_trials_failed_on_their_way_is_marked_and_counted(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    results = clearway.run(
+        "crowd", robots=["crowdnav-disc"], navigators=["orca"], batches=["circle-invisible"], seeds=(4, 6), repetitions=2,
+        workers=0, out=out,
+    )  # fmt: skip
+    rows = results.trials.to_pylist()
+    assert [r["outcome"] for r in rows] == ["collision", "collision", "reached", "reached"]
+    touched, reached = results.figure("trajectories").axes
+    drawn = [line for line in touched.lines if line.get_marker() == "x" and line.get_color() == theme.BAD]
+    assert [tuple(at) for line in drawn for at in line.get_xydata()] == [
+        tuple(results.trial(r["trial"]).pose[-1, :2]) for r in rows[:2]
+    ]
+    assert "touched something: 2 of 2" in touched.get_xlabel()
+    assert "touched" not in reached.get_xlabel()
+    assert not [line for line in reached.lines if line.get_marker() == "x"]

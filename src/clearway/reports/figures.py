@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 FIGURES = {
     "layout": "every configuration as it was set up (paper A, Fig. 2)",
-    "trajectories": "a representative trial of each configuration (Fig. 5)",
+    "trajectories": "a representative trial of each configuration (Fig. 5), and where others failed on their way",
     "strips": "the indicators of every trial in their units, all systems on one scale",
     "bars": "normalised means with intervals and asterisks (paper A's Fig. 6); one robot",
     "correlations": "Pearson's r between the indicators (Fig. 7)",

@@ -13,8 +13,17 @@ import numpy.typing as npt
 from clearway.contract import PLACED, BodyKind
 from clearway.geometry.shapes import Circle, FloatArray, circumscribed_radius
 from clearway.reports import paper, theme
-from clearway.reports.selection import Row, configuration_of, configurations, distinct, label, representative, verdict
-from clearway.trials import Body, Trial
+from clearway.reports.selection import (
+    Row,
+    configuration_of,
+    configurations,
+    distinct,
+    is_recorded,
+    label,
+    representative,
+    verdict,
+)
+from clearway.trials import Body, Outcome, Trial
 from clearway.trials.store import Results
 
 if TYPE_CHECKING:
@@ -25,6 +34,8 @@ MOST_PANELS = 12
 """Configurations drawn in one figure; of more, a sample spread evenly."""
 MOST_LANES = 60
 """Trials of a configuration that are read to see how far its moving obstacle goes."""
+MOST_ENDS = 24
+"""Trials of a configuration that failed on their way whose end is marked; of more, a sample spread evenly."""
 SLIMMEST = 0.42
 """Short side of a panel over its long one, at least."""
 FOOTPRINT_EVERY = 0.6
@@ -35,6 +46,10 @@ _PIECE = 0.15
 """Radius of a piece of wall, m, of which a course is built."""
 _APART = 0.3
 """Ends of legs that are nearer to each other are one place, m."""
+_ENDED = (
+    ({Outcome.COLLISION}, "x", "\N{MULTIPLICATION SIGN} touched something"),
+    ({Outcome.TIMEOUT, Outcome.LIVELOCK, Outcome.ABORTED}, "s", "\N{WHITE SQUARE} out of time or given up"),
+)
 _FILLS = {BodyKind.WALL: theme.FIXTURE, BodyKind.FURNITURE: theme.FURNITURE} | dict.fromkeys(PLACED, theme.OBSTACLE)
 
 
@@ -79,11 +94,13 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
 
 
 def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
-    """A representative trial of each configuration: the path with footprints at intervals, the moving obstacle's track (Fig. 5)."""
+    """A representative trial of each configuration: the path with footprints at intervals, the moving obstacle's track (Fig. 5);
+    and where others of it failed on their way."""
     panels = spread(configurations(rows))
-    figure, axes = _panels(panels, results, rows, 2)
+    ends = [_ends(results, [r for r in rows if configuration_of(r) == key]) for key in panels]
+    figure, axes = _panels(panels, results, rows, 2, ends=[[at for _, _, at in found] for found in ends])
     columns = axes[0].get_subplotspec().get_gridspec().ncols  # type: ignore[union-attr]
-    for ax, key in zip(axes, panels, strict=True):
+    for ax, key, found in zip(axes, panels, ends, strict=True):
         row = _representative(results, rows, key)
         trial = results.remains(row["trial"])
         _set_up(ax, trial, theme.FIXTURE)
@@ -92,8 +109,21 @@ def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
         ended = "" if row["success"] else f" ({verdict(row)})"
         ax.set_title(_titled(*key, panels))
         ended += "" if results.kept(row) else ", not kept"
-        words = f"trial {row['trial']}: {label(row).partition(', ')[2]}{ended}"
-        _note(ax, textwrap.fill(words, 38 if columns > 2 else 90))
+        words = [f"trial {row['trial']}: {label(row).partition(', ')[2]}{ended}"]
+        for marker, said, at in found:
+            for colour, width in ((theme.PAPER, 4.0), (theme.BAD, 1.8)):  # seen among the ways of a crowd
+                ax.plot(
+                    *at.T,
+                    linestyle="",
+                    marker=marker,
+                    markersize=7,
+                    color=colour,
+                    fillstyle="none",
+                    markeredgewidth=width,
+                    zorder=8,
+                )
+            words += [said] if said else []
+        _note(ax, "\n".join(textwrap.fill(line, 38 if columns > 2 else 90) for line in words))
     return figure
 
 
@@ -158,13 +188,14 @@ def _panels(
     columns: int,
     *,
     setting: bool = False,
+    ends: Sequence[Sequence[FloatArray]] = (),
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel for each, all of one scale: of the stretch of floor that the trials need, or the `setting`."""
+    """A figure with a panel for each, all of one scale: of the stretch of floor that the trials need, with `ends` (n, 2), or the `setting`."""
     samples = []
     for key in panels:
         row = _representative(results, rows, key)
         samples.append(results.remains(row["trial"]))
-    boxes = _boxes(samples, driven=not setting)
+    boxes = _boxes(samples, ends or [()] * len(samples), driven=not setting)
     x0, y0, x1, y1 = boxes[0]
     tall = (y1 - y0) / (x1 - x0)
     columns = min(max(columns, 6 if tall > 1.5 else 4 if tall > 0.72 or len(panels) > 4 else 2), max(len(panels), 2))
@@ -178,10 +209,12 @@ def _panels(
     return figure, axes
 
 
-def _boxes(samples: Sequence[Trial], *, driven: bool) -> list[tuple[float, float, float, float]]:
+def _boxes(
+    samples: Sequence[Trial], ends: Sequence[Sequence[FloatArray]], *, driven: bool
+) -> list[tuple[float, float, float, float]]:
     """A box (x0, y0, x1, y1) [m] a trial, all of one size: the same place for all where that takes little more, else each its own."""
-    own = np.array([around([sample], driven=driven) for sample in samples])
-    every = np.array(around(samples, driven=driven))
+    own = np.array([around([s], also=also, driven=driven) for s, also in zip(samples, ends, strict=True)])
+    every = np.array(around(samples, also=[at for also in ends for at in also], driven=driven))
     size = (own[:, 2:] - own[:, :2]).max(0)
     if np.prod(every[2:] - every[:2]) <= _ROOMIEST * np.prod(size):
         return [tuple(every.tolist())] * len(samples)
@@ -197,9 +230,11 @@ def _titled(suite: str, batch: str, configuration: str, panels: Sequence[tuple[s
     return "\n".join([*([suite] if len(suites) > 1 else []), " ".join(words)])
 
 
-def around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True) -> tuple[float, float, float, float]:
-    """Box around where robots, goals and obstacles of the test were, m; and of the moving obstacles' lanes, cut short; where nothing bounds the
-    floor, who moves begins anywhere around, and half of the robot's way to either side is shown of it."""
+def around(
+    trials: Iterable[Trial], margin: float = 0.8, *, also: Iterable[FloatArray] = (), driven: bool = True
+) -> tuple[float, float, float, float]:
+    """Box around where robots, goals and obstacles of the test were, m, and `also` these places (n, 2); and of the moving obstacles' lanes,
+    cut short; where nothing bounds the floor, who moves begins anywhere around, and half of the robot's way to either side is shown of it."""
     points, moving_obstacles, open_floor = [], [], True
     for trial in trials:
         points += [trial.pose[:, :2]] if driven else []
@@ -207,7 +242,7 @@ def around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True)
         points += [np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.pose is not None and _belongs(b)]
         moving_obstacles.append(trial.moving_obstacles[:, :, :2].reshape(-1, 2))
         open_floor &= not any(b.kind is BodyKind.WALL for b in trial.attempt.bodies)
-    inner = np.vstack([np.empty((0, 2)), *points])
+    inner = np.vstack([np.empty((0, 2)), *also, *points])
     inner = inner[np.isfinite(inner).all(1)]
     if not len(inner):
         inner = np.zeros((1, 2))  # nothing was recorded, and nobody knows where the goals were
@@ -389,6 +424,21 @@ def _robot_at(ax: Axes, trial: Trial, pose: FloatArray) -> None:
     ax.annotate(
         "", xy=tuple(ahead), xytext=tuple(pose[:2]), arrowprops={"arrowstyle": "-|>", "color": theme.ROBOT}, zorder=6
     )
+
+
+def _ends(results: Results, rows: Sequence[Row]) -> list[tuple[str, str, FloatArray]]:
+    """Of each way in which simulated trials failed before their last goal: its mark, how many did so where there are several, and where
+    (n, 2) at most `MOST_ENDS` of them."""
+    found = []
+    for outcomes, marker, said in _ENDED:
+        there = [r for r in rows if r["outcome"] in outcomes and not is_recorded(r)]
+        if there:
+            kept = [r["trial"] for r in there if results.kept(r)]
+            some = np.linspace(0, len(kept) - 1, min(len(kept), MOST_ENDS)).round().astype(int)
+            at = np.array([results.remains(kept[i]).pose[-1, :2] for i in some]).reshape(-1, 2)
+            few = "" if len(at) == len(there) else f", {len(at)} marked"
+            found.append((marker, f"{said}: {len(there)} of {len(rows)}{few}" if len(rows) > 1 else "", at))
+    return found
 
 
 def _tracks(ax: Axes, trial: Trial) -> None:
