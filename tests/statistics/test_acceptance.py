@@ -49,7 +49,7 @@ def test_accepted_rejected_and_go_on(tmp_path: Path):
     assert verdict(trials(33), tmp_path).decision is Decision.ACCEPTED
     before = verdict(trials(32), tmp_path)
     assert (before.decision, before.more, before.criteria[0].least) == (Decision.GO_ON, 1, 1)
-    assert str(before) == "go on, about 1 more trials"
+    assert str(before) == "go on, about 1 more trial"
     bad = verdict(trials(20, bad=tuple(range(12))), tmp_path)
     assert (bad.decision, bad.criteria[0].decided) == (Decision.REJECTED, 2)
     assert bad.criteria[0].failed == tuple((0, i) for i in range(12))

@@ -12,6 +12,7 @@ from clearway.placing import placed
 from clearway.reports.grid import Cell, Column, Grid, grid
 from clearway.reports.grid import text as words
 from clearway.statistics import Decision, Judged, Outlook, Verdict
+from clearway.statistics.acceptance import more_trials
 
 NAMED = 8
 """Trials that are listed by number."""
@@ -31,7 +32,7 @@ def sentence(verdict: Verdict) -> str:
         case Decision.GO_ON:
             more = "too near a limit to say how many more trials"
             if verdict.more is not None:
-                more = f"about {verdict.more:,} more trials" if verdict.more else "by what nobody could judge yet"
+                more = f"about {more_trials(verdict.more)}" if verdict.more else "by what nobody could judge yet"
             said = f"go on, {more}: {of}, none is broken"
     return f"{verdict.title}: {said}" if verdict.title else said
 
@@ -42,12 +43,11 @@ def reasons(judged: Judged) -> list[str]:
     if judged.decision is Decision.GO_ON:
         parts = []
         if judged.more:
-            parts.append(f"about {judged.more:,} more trials, if they go on as so far")
+            parts.append(f"about {more_trials(judged.more)}, if they go on as so far")
         elif judged.more is None and judged.trials:
             parts.append("more trials than can be told: the share lies too near its limit")
         if judged.least is not None:
-            trials = "more trial" if judged.least == 1 else "more trials"
-            parts.append(f"at least {judged.least:,} {trials} before it can be accepted, even if none of them fails")
+            parts.append(f"at least {more_trials(judged.least)} before it can be accepted, even if none of them fails")
         lines += ["; ".join(parts)] if parts else []
     if judged.failed:
         without = f" ({judged.missing:,} of them without a value)" if judged.missing else ""

@@ -112,7 +112,12 @@ class Verdict:
     tables: int
 
     def __str__(self) -> str:
-        return str(self.decision) if not self.more else f"{self.decision}, about {self.more:,} more trials"
+        return str(self.decision) if not self.more else f"{self.decision}, about {more_trials(self.more)}"
+
+
+def more_trials(n: int) -> str:
+    """`n` more trials, in words."""
+    return f"{n:,} more trial{'' if n == 1 else 's'}"
 
 
 def judge(tables: Sequence[pa.Table], criteria: Criteria, *, complete: bool = True) -> Verdict:
