@@ -13,7 +13,7 @@ import clearway
 from clearway.contract import BodyKind
 from clearway.geometry.shapes import rectangle
 from clearway.reports import theme
-from clearway.reports.trajectory_plots import around, floor
+from clearway.reports.floor_drawing import around, floor
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Body, Trial

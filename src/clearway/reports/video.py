@@ -15,9 +15,9 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.reports import theme
 from clearway.reports.findings import Findings
+from clearway.reports.floor_drawing import around, floor, known_positions, robot_of, upright
 from clearway.reports.replay_encoding import unwrapped
 from clearway.reports.selection import label, verdict
-from clearway.reports.trajectory_plots import around, floor, known_positions, robot_of, upright
 from clearway.trials import Body, Trial
 from clearway.trials.store import Results
 
