@@ -154,6 +154,15 @@ def test_ways_are_clear_and_the_error_is_small(seed: int) -> None:
     assert way.time >= still.time * (1.0 - 1e-9)  # more obstacles, no faster
 
 
+def test_a_way_that_is_nowhere_is_not_clear() -> None:
+    static, moving, radii = swinging(0, 1, 1)
+    scene = scene_of(GOAL, 0.2, 1.0, static, moving, radii, DT, AREA)
+    still = np.array([[0.0, *START], [0.1, *START]])
+    assert clear(scene, still)
+    still[1, 2] = math.nan
+    assert not clear(scene, still)
+
+
 def test_absent_discs_are_no_obstacle() -> None:
     moving = np.full((400, 1, 2), 3.0)
     moving[:, :, 1] = 0.0

@@ -49,8 +49,10 @@ def centre(scene: Scene, disc: int, t: float) -> tuple[float, float, float, floa
 
 @kernel
 def clear(scene: Scene, points: FloatArray) -> bool:
-    """Whether the way (k, 3) t, x, y, straight between its points, keeps out of all discs, between points too."""
+    """Whether the way (k, 3) t, x, y, straight between its points, keeps out of all discs, between points too; NaN: no."""
     for k in range(points.shape[0] - 1):
+        if math.isnan(points[k + 1, 1] + points[k + 1, 2]):
+            return False
         duration = points[k + 1, 0] - points[k, 0]
         if duration > 0.0:
             vx, vy = (points[k + 1, 1] - points[k, 1]) / duration, (points[k + 1, 2] - points[k, 2]) / duration
