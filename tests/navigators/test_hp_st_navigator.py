@@ -14,6 +14,7 @@ from clearway.campaigns.conformance import check_navigator
 from clearway.campaigns.pilot import compose
 from clearway.contract import Status, Task
 from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st import HpSt, HpStForesight
 from clearway.navigators.hp_st.decision import EVADING, STATUSES, STORED
 from clearway.navigators.registry import make_navigator
@@ -283,6 +284,27 @@ def test_it_keeps_to_what_its_certificate_asks() -> None:
     rooms = [min(math.dist(p[:2], o) for p in w.poses for o in gap) - OWN - OTHER for w in (went, bold)]
     assert rooms[0] > 0.1, "around the gap"
     assert rooms[1] < 0.085, "through it"
+
+
+@pytest.mark.parametrize("guarantee", HpSt.GUARANTEES)
+def test_beside_who_moves_it_is_no_faster_than_headway_lets_it_be(guarantee: str) -> None:
+    beside = (2.5, 1.0)
+
+    def passes(**options: Any) -> tuple[FloatArray, FloatArray]:
+        """The speed that it is told, and the room that there is then."""
+        went = drive(
+            begun(guarantee=guarantee, obstacle_speed=0.1, obstacle_acceleration=0.1, unseen_speed=0.0, **options), (5.0, 0.0),
+            lambda t, pose: obstacles([beside]), 200,
+        )  # fmt: skip
+        assert went.arrived
+        rooms = [math.dist(p[:2], beside) - OWN - OTHER for p in went.poses[: len(went.commands)]]
+        return np.array([c.v for c in went.commands]), np.array(rooms)
+
+    speed, room = passes()
+    assert (speed > 0.2 + room).any()
+    speed, room = passes(headway=1.0, creep=0.2)
+    assert (np.abs(speed) <= 0.2 + room + 0.02).all()  # it errs about who moves
+    assert speed.max() > 0.9, "while nobody is near"
 
 
 def test_a_wide_margin_is_kept_whatever_nearness_costs() -> None:

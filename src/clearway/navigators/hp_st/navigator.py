@@ -35,6 +35,7 @@ from clearway.navigators.hp_st.decision import (
     decide,
     evade,
 )
+from clearway.navigators.hp_st.environment.contact import slowed
 from clearway.navigators.hp_st.environment.field import Field
 from clearway.navigators.hp_st.environment.goal_distance import GoalDistance
 from clearway.navigators.hp_st.environment.sight import Sight, hidden_within, looked_at
@@ -249,13 +250,16 @@ class HpSt(Parametrised[Parameters]):
         assert self._counted is not None
         assert self._field is not None
         settings, memory, forecast, counted = self._settings, self._memory, self._forecast, self._counted
-        evasion = self._evasion._replace(costs=self._evasion.costs._replace(reach=costs.reach))
+        top, evasion = self._fastest_beside(forecast, pose), self._evasion
+        base = slowed(self._base, top)
+        memory.plan[:] *= np.minimum(1.0, top / np.maximum(np.abs(memory.plan[:, :1]), 1e-9))  # it is one of the ways
+        evasion = evasion._replace(costs=evasion.costs._replace(reach=costs.reach), base=slowed(evasion.base, top))
         if self._seconds is None:
             return decide(
-                settings, self._base, memory, forecast, counted, self._field, self._area, costs, self._rules, self._safety,
+                settings, base, memory, forecast, counted, self._field, self._area, costs, self._rules, self._safety,
                 evasion, pose,
             )  # fmt: skip
-        scene = pose_scene(settings, self._base, memory, forecast, self._field, self._area, costs, self._safety, pose)
+        scene = pose_scene(settings, base, memory, forecast, self._field, self._area, costs, self._safety, pose)
         found, end = find(scene, memory, settings.narrow, 0, math.inf), began + self._seconds
         late = time.perf_counter() >= end
         if late:
@@ -266,6 +270,14 @@ class HpSt(Parametrised[Parameters]):
         ways = gather(scene, memory, found, 0 if late else settings.rounds)
         decision = choose(scene, memory, counted, self._rules, found._replace(cut=found.cut or late), ways)
         return decision if late else evade(scene, memory, evasion, ways, decision)
+
+    def _fastest_beside(self, forecast: Forecast, pose: FloatArray) -> float:
+        """The speed up to which it drives at `pose` (3,) beside who moves, m/s (`headway`): those make room for it, and where it doesn't look
+        it knows of them late."""
+        if self._p.headway == 0.0 or not len(forecast.centre):
+            return math.inf
+        away = np.hypot(forecast.centre[:, 0, 0] - pose[0], forecast.centre[:, 0, 1] - pose[1]) - forecast.radius
+        return self._p.creep + max(float(away.min()) - self._base.foot.circumscribed, 0.0) / self._p.headway
 
     def _looked(self, t: float, heading: float) -> Sight:
         """What has been in sight for `LOOK` at time `t` [s]; the robot's `heading` is in the odometry's frame."""

@@ -41,6 +41,10 @@ class Parameters(RobotTable):
     wide: Whole = Field(ge=1, le=2000, description="nodes kept where the narrow search finds no way of low cost")
     low_cost_threshold: NonNegative = Field(description="a way that costs no more than this is not searched on, s")
     contact_cost: Positive = Field(description="cost of a certain contact, s")
+    headway: NonNegative = Field(
+        description="beside who moves it drives no faster than would take it all the room between them in this time, s; 0: as fast as anywhere"
+    )
+    creep: Positive = Field(description="but so fast it may always drive, m/s")
     halt_cost: NonNegative = Field(
         description="with a certificate: cost of being where it couldn't brake to rest in time, s/s"
     )

@@ -38,6 +38,12 @@ class Base(NamedTuple):
     foot: Footprint
 
 
+def slowed(base: Base, top: float) -> Base:
+    """The same base, driven at `top` [m/s] at most."""
+    limits = base.limits
+    return base._replace(limits=limits._replace(v_max=min(limits.v_max, top), v_min=max(limits.v_min, -top)))
+
+
 class PredictedObstacles(NamedTuple):
     """Obstacles as the search sees them: a disc for each hypothesis of each, at each instant of the forecast.
 
