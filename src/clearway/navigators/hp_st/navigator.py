@@ -72,6 +72,7 @@ LOOK = 0.3
 """For so long a lidar's tracker has to have somebody in view to tell that they move, s: it drives only where it has looked for that long."""
 
 _LOOK_NOTE = "that it drives only where it has looked for a while"
+_HEADWAY_NOTE = "how slowly it drives beside who moves"
 
 
 class HpSt(Parametrised[Parameters]):
@@ -125,6 +126,8 @@ class HpSt(Parametrised[Parameters]):
         ),
         TunedOn("ward-day", ("tiago",), draws=range(20, 44), note=f"{_LOOK_NOTE}; how what is pushed is told"),
         TunedOn("ward-day-held-out", ("tiago",), draws=range(70, 73), note=_LOOK_NOTE),
+        TunedOn("ward-day", ("tiago",), draws=range(120, 156), note=_HEADWAY_NOTE),
+        TunedOn("ward-day-held-out", ("tiago",), draws=range(100, 106), note=_HEADWAY_NOTE),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
