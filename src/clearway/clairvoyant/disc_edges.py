@@ -67,10 +67,8 @@ def edge(scene: Scene, disc: int, side: int, t: float, phi: float, until: float)
         if disc >= scene.static.shape[0]:
             after = min(after, (math.floor(t / scene.dt + 1e-9) + 1.0) * scene.dt)
         phi = onward(scene, disc, side, t, phi, after)
-        if math.isnan(
-            phi
-        ):  # by rounding: just before `until`, from when on the disc is faster. It leaves a moment sooner
-            break
+        if math.isnan(phi):
+            break  # the disc is faster from `until` on, by rounding a moment sooner: so it leaves then
         t = after
     return points[:k]
 
