@@ -87,6 +87,15 @@ class Node:
         """Names of the nodes that hear what is said here under a name."""
         return self._publishers[self.resolved(name)].subscribers()
 
+    def unconnected(self, node: str) -> list[str]:
+        """Topics said here that a node subscribes to, as the master knows, and has not connected to (yet)."""
+        listeners = self.master.listeners()
+        return [
+            topic
+            for topic, said in self._publishers.items()
+            if node in listeners.get(topic, ()) and node not in said.subscribers()
+        ]
+
     def call(self, service: str, within: float) -> None:
         """Call a service that takes nothing and says nothing (std_srvs/Empty); nothing happens where nobody offers it.
 

@@ -80,9 +80,11 @@ class Tcp:
             return "server of the action move_base"
         if not self._commands.connected():
             return f"publisher of /cmd_vel{f' ({self._commands.problem})' if self._commands.problem else ''}"
-        if servers & self._node.subscribers("clock"):
-            return ""
-        return f"subscriber of /clock in {min(servers)} (/use_sim_time is to be true before it starts)"
+        if not (by_clock := servers & self._node.subscribers("clock")):
+            return f"subscriber of /clock in {min(servers)} (/use_sim_time is to be true before it starts)"
+        # What is said before is lost to it: a pose without the transform of its moment, say.
+        late = self._node.unconnected(server := min(by_clock))
+        return f"connection of its subscriber {server} to {late[0]}" if late else ""
 
     def close(self) -> None:
         self._keep_clock()
