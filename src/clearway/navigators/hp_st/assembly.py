@@ -99,7 +99,7 @@ def assemble(p: Parameters, task: Task, robot: Robot, guarantee: str, without: C
         ahead, "candidates" not in without,
     )  # fmt: skip
     evasion = Evasion(
-        p.hit if certified and guarantee == "evasive" else math.inf, p.proceed,
+        p.hit if certified and guarantee == "evasive" else math.inf, p.proceed, max(1, round(p.proceed_horizon / task.period)),
         settings._replace(certified=False, controls=_controls(free.limits)), free,
         costs._replace(margin=p.margin, soft=max(p.soft, p.margin), halt=0.0, ahead=0),
         halts or limits != free.limits,

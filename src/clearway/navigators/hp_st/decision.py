@@ -41,6 +41,7 @@ class Evasion(NamedTuple):
     Attributes:
         hit: From this risk of contact in a period on, of a plan that is certified (if there is none, of braking and standing); inf: never.
         proceed: Where nothing has had a certificate in the last period either: up to this risk of contact in a period.
+        soon: Of so many periods that is; what comes later it decides anew.
         settings: Those of a search that needs no certificate.
         base: The robot's base, without what a certificate asks of it.
         costs: What that search weighs.
@@ -49,6 +50,7 @@ class Evasion(NamedTuple):
 
     hit: float
     proceed: float
+    soon: int
     settings: Settings
     base: Base
     costs: SearchCosts
@@ -129,7 +131,7 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
 def evade(scene: Scene, memory: Memory, evasion: Evasion, ways: Ways, decision: Decision) -> Decision:
     """`decision`; or a plan without a certificate.
 
-    That is the best of the `ways`, where nothing has had a certificate in the last period either and it risks little; or that, or what
+    That is the best of the `ways`, where nothing has had a certificate in the last period either and it risks little soon; or that, or what
     another search finds (`Evasion.again`), where what is certified (if that is nothing, to brake and stand) leads to a contact and it at
     least halves the risk of one.
     """
@@ -142,6 +144,8 @@ def evade(scene: Scene, memory: Memory, evasion: Evasion, ways: Ways, decision: 
     certified = decision.status == PLANNED or decision.status == KEPT
     if not certified and memory.age[2] > 0.0:
         bold, risk = _boldest(free, ways, decision, decision.nodes, decision.cut)
+        if evasion.proceed < risk < math.inf and evasion.soon < len(commands):
+            _, _, risk = weigh(free, bold.commands[: evasion.soon], states)
         if risk <= evasion.proceed:
             return bold
     if certified:

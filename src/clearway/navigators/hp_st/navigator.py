@@ -73,6 +73,7 @@ LOOK = 0.3
 
 _LOOK_NOTE = "that it drives only where it has looked for a while"
 _HEADWAY_NOTE = "how slowly it drives beside who moves"
+_PROCEED_NOTE = "what it risks where nothing has a certificate"
 
 
 class HpSt(Parametrised[Parameters]):
@@ -128,6 +129,8 @@ class HpSt(Parametrised[Parameters]):
         TunedOn("ward-day-held-out", ("tiago",), draws=range(70, 73), note=_LOOK_NOTE),
         TunedOn("ward-day", ("tiago",), draws=range(120, 156), note=_HEADWAY_NOTE),
         TunedOn("ward-day-held-out", ("tiago",), draws=range(100, 106), note=_HEADWAY_NOTE),
+        TunedOn("ward-day", ("tiago",), draws=range(120, 156), note=_PROCEED_NOTE),
+        TunedOn("ward-day", ("hosbot",), draws=range(160, 166), note=_PROCEED_NOTE),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES

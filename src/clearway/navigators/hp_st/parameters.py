@@ -53,6 +53,9 @@ class Parameters(RobotTable):
         le=1,
         description="with `evasive`, where nothing has a certificate: risk of contact in a period up to which it drives on",
     )
+    proceed_horizon: Positive = Field(
+        description="of the periods within that time, s; what comes later it decides anew"
+    )
     discount: Share = Field(description="factor on that for each second ahead")
     margin: NonNegative = Field(description="kept from what stands, m")
     soft: Positive = Field(description="from this distance on nearness to what stands costs, m")
