@@ -117,6 +117,27 @@ def test_where_nothing_is_certified_evasive_goes_where_nobody_is_expected_and_pa
     assert went.arrived
 
 
+def test_within_proceed_horizon_alone_a_risk_keeps_evasive_from_driving_on() -> None:
+    """Nothing is certified between two who go along with it; 2 m ahead others bar the way."""
+    gate = [(2.0, 0.7 * i) for i in range(-3, 4)]
+    room = OWN + OTHER + 0.05
+
+    def among(t: float, pose: FloatArray) -> Any:
+        return obstacles([(pose[0], room), (pose[0], -room), *gate])
+
+    whole, soon = (
+        drive(
+            begun(contact_cost=0.5, halt_cost=0.0, proceed=0.02, proceed_horizon=horizon), (6.0, 0.0), among, 40
+        )
+        for horizon in (60.0, 0.5)
+    )  # fmt: skip
+    assert {c.v for c in whole.commands} == {0.0}
+    ends = float(soon.poses[-1][0])
+    assert 0.5 < ends < 2.0 - OWN - OTHER
+    assert soon.commands[-1].v == 0.0
+    assert soon.contact is None
+
+
 @pytest.mark.parametrize(("name", "again"), [("tiago", False), ("rescue", True), ("rescue:lidar", True)])
 def test_evading_it_drives_only_where_it_looks_and_searches_again_only_for_what_the_first_search_leaves_out(
     name: str, again: bool
