@@ -37,7 +37,11 @@ class StandIn:
             self.commands = [rospy.Publisher("cmd_vel", Twist, queue_size=10)]
         rospy.Service("move_base/clear_costmaps", Empty, self.clear)
         self.transforms = tf2_ros.Buffer()
-        self.listens = tf2_ros.TransformListener(self.transforms)
+        if KIND == "connects late":  # to what it has told the master of
+            rosgraph.Master(rospy.get_name()).registerSubscriber("/tf", "tf2_msgs/TFMessage", rospy.get_node_uri())
+            threading.Timer(2.0, tf2_ros.TransformListener, (self.transforms,)).start()
+        else:
+            self.listens = tf2_ros.TransformListener(self.transforms)
         if KIND == "deaf":  # says so to the master, and never connects
             rosgraph.Master(rospy.get_name()).registerSubscriber("/map", "nav_msgs/OccupancyGrid", rospy.get_node_uri())
         else:

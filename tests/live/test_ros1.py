@@ -82,7 +82,13 @@ def driven(out: Path, master: dict[str, str], options: str = "") -> Results:
 
 @pytest.mark.parametrize(
     ("kind", "options"),
-    [("good", ""), ("lost", ",deadline=0.05"), ("late", ",deadline=0.05"), ("good", ",lockstep=false")],
+    [
+        ("good", ""),
+        ("lost", ",deadline=0.05"),
+        ("late", ",deadline=0.05"),
+        ("good", ",lockstep=false"),
+        ("connects late", ""),
+    ],
 )
 def test_a_trial_is_driven_to_its_goal(tmp_path: Path, master: dict[str, str], kind: str, options: str) -> None:
     with stand_in(master, kind):

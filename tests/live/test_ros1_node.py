@@ -82,7 +82,10 @@ class Master:
         return 1, "", 0
 
     def getSystemState(self, who: str) -> Any:
-        return 1, "", [[[topic, list(nodes)] for (topic, how), nodes in self.nodes.items() if how == "pub"], [], []]
+        who_does = [
+            [[topic, list(nodes)] for (topic, how), nodes in self.nodes.items() if how == of] for of in ("pub", "sub")
+        ]
+        return 1, "", [*who_does, []]
 
     def lookupNode(self, who: str, name: str) -> Any:
         return 1, "", next(nodes[name] for nodes in self.nodes.values() if name in nodes)
@@ -302,6 +305,19 @@ def test_what_is_missing_is_told_in_turn(node: Callable[..., Node], master: Mast
         assert robot.missing().startswith(f"subscriber of /clock in {stand_in.name}")
         stand_in.subscription("clock", "rosgraph_msgs/msg/Clock")
         soon(lambda: not robot.missing())
+        master.nodes["/map", "sub"][stand_in.name] = "http://127.0.0.1:9/"  # says so, and doesn't come
+        assert robot.missing() == f"connection of its subscriber {stand_in.name} to /map"
+        del master.nodes["/map", "sub"][stand_in.name]
+        odometry = stand_in.subscription("scan", ODOMETRY)
+        soon(lambda: odometry.problem)
+        assert f"{stand_in.name} to /scan (/scan has sensor_msgs/LaserScan" in robot.missing()
+        odometry.close()
+        del master.nodes["/scan", "sub"][stand_in.name]
+        assert not robot.missing()
+        master.nodes["/map", "sub"][stand_in.name] = "http://127.0.0.1:9/"
+        master.server.shutdown()
+        master.server.server_close()
+        assert not robot.missing()  # who is connected can do without a master
         robot.begin(Place(7 * 10**9, np.zeros(3), None))
         robot.pursue(np.array((1.0, 2.0, 0.0)))
         assert robot.goal() is GoalState.SENT

@@ -65,10 +65,6 @@ class Master:
         listed: list[str] = next((nodes for name, nodes in self.call("getSystemState")[0] if name == topic), [])
         return [node for node in listed if node != self._caller and self._answers(node)]
 
-    def listeners(self) -> dict[str, list[str]]:
-        """The nodes that have said that they subscribe, by topic."""
-        return dict(self.call("getSystemState")[1])
-
     def service(self, name: str) -> tuple[str, int] | None:
         """Where a service is to be had; None: nowhere."""
         try:

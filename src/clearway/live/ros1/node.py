@@ -88,10 +88,14 @@ class Node:
         return self._publishers[self.resolved(name)].subscribers()
 
     def unconnected(self, node: str) -> list[str]:
-        """Topics said here that a node subscribes to, as the master knows, and has not connected to (yet)."""
-        listeners = self.master.listeners()
+        """Topics said here that a node subscribes to, as the master knows, and has not connected to (yet), with why it was refused; none
+        where there is no master any more, as who is connected can do without it."""
+        try:
+            listeners = dict(self.master.call("getSystemState")[1])
+        except WireError:
+            return []
         return [
-            topic
+            f"{topic}{said.refused.get(node, '')}"
             for topic, said in self._publishers.items()
             if node in listeners.get(topic, ()) and node not in said.subscribers()
         ]

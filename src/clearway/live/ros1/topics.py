@@ -30,10 +30,14 @@ class Publisher:
         topic: The topic's.
         kind: Of the messages.
         latched: Whether who connects later is told the last one too.
+
+    Attributes:
+        refused: Why, in brackets, a node was refused that wants messages of another kind.
     """
 
     def __init__(self, node: str, topic: str, kind: Kind, latched: bool) -> None:
         self.kind, self._latched = kind, latched
+        self.refused: dict[str, str] = {}
         self._header = {
             "callerid": node, "latching": str(int(latched)), "md5sum": kind.md5sum,
             "message_definition": kind.definition, "topic": topic, "type": kind.name,
@@ -64,6 +68,7 @@ class Publisher:
         wanted = asked.get("type", "*"), asked.get("md5sum", "*")
         if any(one not in ("*", ours) for one, ours in zip(wanted, (self.kind.name, self.kind.md5sum), strict=True)):
             why = f"{self._header['topic']} has {self.kind.name} ({self.kind.md5sum}), not {wanted[0]} ({wanted[1]})"
+            self.refused[asked.get("callerid", "")] = f" ({why})"
             connection.sendall(header_of({"callerid": self._header["callerid"], "error": why}))
             return
         connection.settimeout(None)  # it may be silent for ever; what is sent to it has a limit

@@ -80,10 +80,13 @@ class Tcp:
             return "server of the action move_base"
         if not self._commands.connected():
             return f"publisher of /cmd_vel{f' ({self._commands.problem})' if self._commands.problem else ''}"
-        if not (by_clock := servers & self._node.subscribers("clock")):
+        on_time = servers & self._node.subscribers("clock")
+        if not on_time:
             return f"subscriber of /clock in {min(servers)} (/use_sim_time is to be true before it starts)"
-        # What is said before is lost to it: a pose without the transform of its moment, say.
-        late = self._node.unconnected(server := min(by_clock))
+        server = min(on_time)
+        late = self._node.unconnected(
+            server
+        )  # what is said before is lost to it: the transforms of a pose's moment, say
         return f"connection of its subscriber {server} to {late[0]}" if late else ""
 
     def close(self) -> None:
