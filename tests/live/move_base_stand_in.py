@@ -39,7 +39,7 @@ class StandIn:
         self.transforms = tf2_ros.Buffer()
         if KIND == "connects late":  # to what it has told the master of
             rosgraph.Master(rospy.get_name()).registerSubscriber("/tf", "tf2_msgs/TFMessage", rospy.get_node_uri())
-            threading.Timer(2.0, tf2_ros.TransformListener, (self.transforms,)).start()
+            threading.Timer(3.0, tf2_ros.TransformListener, (self.transforms,)).start()
         else:
             self.listens = tf2_ros.TransformListener(self.transforms)
         if KIND == "deaf":  # says so to the master, and never connects
