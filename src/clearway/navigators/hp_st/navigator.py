@@ -81,7 +81,7 @@ class HpSt(Parametrised[Parameters]):
 
     Args:
         guarantee: With `evasive`, the default, what is certified is driven, and something else only where the robot would be
-            hit, or nothing is certified and nobody is expected in its way; with `passive` nothing else ever, so that it never moves at a contact while the assumptions hold
+            hit, or nothing is certified and the risk of contact is at most `proceed`; with `passive` nothing else ever, so that it never moves at a contact while the assumptions hold
             (docs/guarantee.md); with `none` nothing is certified.
         without: Ingredients to leave out (INGREDIENTS), such as reverse+candidates.
         parameters: Any field of `parameters.Parameters`.
@@ -129,8 +129,8 @@ class HpSt(Parametrised[Parameters]):
         TunedOn("ward-day-held-out", ("tiago",), draws=range(70, 73), note=_LOOK_NOTE),
         TunedOn("ward-day", ("tiago",), draws=range(120, 156), note=_HEADWAY_NOTE),
         TunedOn("ward-day-held-out", ("tiago",), draws=range(100, 106), note=_HEADWAY_NOTE),
-        TunedOn("ward-day", ("tiago",), draws=range(120, 156), note=_PROCEED_NOTE),
-        TunedOn("ward-day", ("hosbot",), draws=range(160, 166), note=_PROCEED_NOTE),
+        TunedOn("ward-day", ("tiago", "hosbot"), draws=range(120, 156), note=_PROCEED_NOTE),
+        TunedOn("ward-day", ("tiago", "hosbot"), draws=range(160, 166), note=_PROCEED_NOTE),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
@@ -257,9 +257,13 @@ class HpSt(Parametrised[Parameters]):
         assert self._field is not None
         settings, memory, forecast, counted = self._settings, self._memory, self._forecast, self._counted
         top, evasion = self._fastest_beside(forecast, pose), self._evasion
-        base = slowed(self._base, top)
+        base, fast = slowed(self._base, top), evasion.base.limits
         memory.plan[:] *= np.minimum(1.0, top / np.maximum(np.abs(memory.plan[:, :1]), 1e-9))  # it is one of the ways
-        evasion = evasion._replace(costs=evasion.costs._replace(reach=costs.reach), base=slowed(evasion.base, top))
+        evasion = evasion._replace(
+            costs=evasion.costs._replace(reach=costs.reach),
+            again=evasion.again
+            or top < max(fast.v_max, -fast.v_min),  # from who would hit it it gets away at any speed
+        )
         if self._seconds is None:
             return decide(
                 settings, base, memory, forecast, counted, self._field, self._area, costs, self._rules, self._safety,

@@ -42,7 +42,7 @@ class Parameters(RobotTable):
     low_cost_threshold: NonNegative = Field(description="a way that costs no more than this is not searched on, s")
     contact_cost: Positive = Field(description="cost of a certain contact, s")
     headway: NonNegative = Field(
-        description="beside who moves it drives no faster than would take it all the room between them in this time, s; 0: as fast as anywhere"
+        description="beside who moves it drives no faster than would take it all the room between them in this time, s, but to get away from who would hit it; 0: as fast as anywhere"
     )
     creep: Positive = Field(description="but so fast it may always drive, m/s")
     halt_cost: NonNegative = Field(
@@ -54,7 +54,7 @@ class Parameters(RobotTable):
         description="with `evasive`, where nothing has a certificate: risk of contact in a period up to which it drives on",
     )
     proceed_horizon: Positive = Field(
-        description="of the periods within that time, s; what comes later it decides anew"
+        description="`proceed` is asked of the plan's periods within that time, s; what comes later it decides anew"
     )
     discount: Share = Field(description="factor on that for each second ahead")
     margin: NonNegative = Field(description="kept from what stands, m")
