@@ -259,11 +259,8 @@ class HpSt(Parametrised[Parameters]):
         top, evasion = self._fastest_beside(forecast, pose), self._evasion
         base, fast = slowed(self._base, top), evasion.base.limits
         memory.plan[:] *= np.minimum(1.0, top / np.maximum(np.abs(memory.plan[:, :1]), 1e-9))  # it is one of the ways
-        evasion = evasion._replace(
-            costs=evasion.costs._replace(reach=costs.reach),
-            again=evasion.again
-            or top < max(fast.v_max, -fast.v_min),  # from who would hit it it gets away at any speed
-        )
+        again = evasion.again or top < max(fast.v_max, -fast.v_min)  # from who would hit it it gets away at any speed
+        evasion = evasion._replace(costs=evasion.costs._replace(reach=costs.reach), again=again)
         if self._seconds is None:
             return decide(
                 settings, base, memory, forecast, counted, self._field, self._area, costs, self._rules, self._safety,
