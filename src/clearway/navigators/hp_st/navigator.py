@@ -414,6 +414,8 @@ _EVASIVE = (
     TunedOn("sar-misspecified", ("rescue",), draws=range(100, 160), note="when it evades"),
     TunedOn("meeting-points", ("tiago",), note="when it evades"),
     TunedOn("dynabarn", ("jackal",), draws=range(16), note="when it evades"),
+    TunedOn("hospital-held-out-blind", ("tiago", "hosbot"), note="how fast it evades"),
+    TunedOn("replayed-held-out", ("tiago",), draws=range(60), note="how fast it evades"),
 )
 
 _UNCOVERED = "base: the certificate covers none that steers like a car; nothing is certified"
