@@ -97,6 +97,22 @@ def test_it_says_where_it_is_before_it_is_sent_on() -> None:
     assert all(said[i - 1] == "tell" for i, what in enumerate(said) if what == "pursue")
 
 
+def test_in_real_time_what_a_later_leg_waits_for_the_stack_is_not_made_up_for() -> None:
+    there = Stack()
+    made = navigator(there, lockstep=False)
+    begin(made)
+    *first, again, last = observations(4)
+    until = 0.0
+    there.missing = lambda: "ears" if time.monotonic() < until else ""  # type: ignore[method-assign]
+    for observation in first:
+        made.step(observation)
+    until = time.monotonic() + 0.5
+    made.step(again)  # to a new goal
+    before = time.monotonic()
+    made.step(last)
+    assert time.monotonic() - before > 0.05
+
+
 def test_the_clock_goes_on_where_another_process_left_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(RosNavigator, "_latest", 0)
     there = Stack()

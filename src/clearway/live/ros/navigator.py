@@ -142,7 +142,8 @@ class RosNavigator:
         The robot senses while it waits: a stack that localises itself is up once its localiser has had a sweep.
         """
         goal = self._goal = observation.goal
-        until = time.monotonic() + self._pace.patience
+        came = time.monotonic()
+        until = came + self._pace.patience
         while missing := transport.missing():
             if time.monotonic() > until:
                 raise WireError(f"has no {missing} within {self._pace.patience:g} s")
@@ -163,7 +164,7 @@ class RosNavigator:
             self._stand(transport, observation, lambda: transport.goal() is state)
         transport.twists()  # what it said before is for another goal
         if self._begun is not None:
-            self._begun += time.monotonic() - began
+            self._begun += time.monotonic() - came
         self._silent_since = time.monotonic()
 
     def _hear(self, transport: Transport, now: int) -> None:
