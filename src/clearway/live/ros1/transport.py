@@ -84,9 +84,8 @@ class Tcp:
         if not on_time:
             return f"subscriber of /clock in {min(servers)} (/use_sim_time is to be true before it starts)"
         server = min(on_time)
-        late = self._node.unconnected(
-            server
-        )  # what is said before is lost to it: the transforms of a pose's moment, say
+        # what is said before is lost to it: the transforms of a pose's moment, say
+        late = self._node.unconnected(server)
         return f"connection of its subscriber {server} to {late[0]}" if late else ""
 
     def close(self) -> None:
