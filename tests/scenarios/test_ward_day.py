@@ -102,6 +102,20 @@ def test_everybody_who_drives_meets_the_same_people() -> None:
     assert other_noise.seed != a.seed
 
 
+@ward_or_held_out
+@pytest.mark.parametrize("name", ["mir100", "husky", "whill"])
+def test_who_would_start_in_a_large_robot_starts_elsewhere(ward: Ward, name: str) -> None:
+    robot, chosen = load_robot(name), Selection(batches=(f"people-{ward.numbers[-2]}",), seeds=(0, 25))
+    theirs = zip(SUITES[ward].build(robot, chosen), SUITES[ward].build(TIAGO, chosen), strict=True)
+    moved = [(mine, tiagos) for mine, tiagos in theirs if mine.people != tiagos.people]
+    assert moved
+    for mine, tiagos in moved:
+        assert [str(problem) for problem in check_scenario(mine, robot)] == []
+        assert any("would stand in" in str(problem) for problem in check_scenario(tiagos, robot))
+        for one, other in zip(mine.people, tiagos.people, strict=True):
+            assert {s.at for s in one.route} == {s.at for s in other.route}
+
+
 def suite_of(robot: object) -> list[Scenario]:
     return WARD_DAY.build(robot, Selection(scenarios=("people-10-guide-v0.6-r2",)))  # type: ignore[arg-type]
 

@@ -11,6 +11,10 @@ import re
 from collections.abc import Sequence
 from functools import partial
 
+import numpy as np
+
+from clearway.geometry.distance import clearance
+from clearway.geometry.shapes import Circle
 from clearway.quantities import PoseSpec
 from clearway.robots import Robot
 from clearway.scenarios.behaviours import OperatorSpec
@@ -26,7 +30,7 @@ from clearway.scenarios.suite import (
     variations,
     without_drawing,
 )
-from clearway.scenarios.ward_floors import HELD_OUT, WARD, Ward
+from clearway.scenarios.ward_floors import HELD_OUT, RADIUS, WARD, Place, Ward
 from clearway.scenarios.ward_people import people
 
 REPETITIONS = 3
@@ -61,11 +65,13 @@ def build(robot: Robot, selection: Selection, seed: int, ward: Ward) -> Sequence
                     if not selection.scenarios or name in selection.scenarios:
                         labels = LabelSpec(batch=batch, configuration=task, repetition=repetition)
                         own = scenario_seed(seed, name)
-                        made.append(_scenario(ward, name, numbers[batch], speed, labels, f"{task} {key}", own))
+                        made.append(_scenario(ward, robot, name, numbers[batch], speed, labels, f"{task} {key}", own))
     return made
 
 
-def _scenario(ward: Ward, name: str, number: int, speed: float, labels: LabelSpec, key: str, seed: int) -> Scenario:
+def _scenario(
+    ward: Ward, robot: Robot, name: str, number: int, speed: float, labels: LabelSpec, key: str, seed: int
+) -> Scenario:
     start, end = ward.tasks[labels.configuration]
     limit = round(PATIENCE + LONGER * math.dist(start[:2], end[:2]) / speed, 1)
     return Scenario(
@@ -75,10 +81,15 @@ def _scenario(ward: Ward, name: str, number: int, speed: float, labels: LabelSpe
         legs=(_leg("forth", end, limit), _leg("back", start, limit)),
         speed=speed,
         obstacles=_pushed(ward, key) if number else (),
-        people=people(ward, number, key),
+        people=people(ward, number, key, partial(_is_free, robot, start)),
         labels=labels,
         seed=seed,
     )
+
+
+def _is_free(robot: Robot, start: PoseSpec, place: Place) -> bool:
+    """Whether nobody who stands at `place` stands in the robot; most robots are small enough to leave all of them."""
+    return clearance(robot.shape, np.array(start), Circle(RADIUS), np.array((*place, 0.0))) > 0.0
 
 
 def _leg(name: str, goal: PoseSpec, limit: float) -> LegSpec:

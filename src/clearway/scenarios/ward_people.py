@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -72,13 +73,15 @@ _ORDER = ("staff", "inpatient", "visitor", "outpatient", "staff", "visitor", "ou
 """Of ten people: two of the staff, four patients, four visitors."""
 
 
-def people(ward: Ward, number: int, key: str) -> tuple[PersonSpec, ...]:
-    """So many people, drawn from `key`.
+def people(
+    ward: Ward, number: int, key: str, free: Callable[[Place], bool] = lambda place: True
+) -> tuple[PersonSpec, ...]:
+    """So many people, drawn from `key`; they start where it is `free`: who would start elsewhere starts where they go next.
 
     Raises:
         ClearwayError: the floor has no places for so many.
     """
-    floor = _Floor(ward)
+    floor = _Floor(ward, free)
     count = dict.fromkeys(_ORDER, 0)
     found: list[PersonSpec] = []
     for turn, name in enumerate(itertools.cycle(_ORDER)):
@@ -126,8 +129,8 @@ class _FullError(Exception):
 class _Floor:
     """Places that nobody has yet."""
 
-    def __init__(self, ward: Ward) -> None:
-        self._ward = ward
+    def __init__(self, ward: Ward, free: Callable[[Place], bool]) -> None:
+        self._ward, self._free = ward, free
         rooms = load_floor_plan(ward.plan).rooms
         self._left = {(room.kind, room.name): list(places(ward)[room.name]) for room in rooms}
 
@@ -140,7 +143,9 @@ class _Floor:
             for way, place in zip(ways, some, strict=True):
                 way.append(StopSpec(at=place, wait=0.0 if kind == _CORRIDOR else wait))
         stays = [k for k, stop in enumerate(ways[0]) if stop.wait > 0.0]
-        first, sets_out = stays[draws.one_of(len(stays))], draws.between(0.0, 1.0) < 0.5
+        drawn, sets_out = draws.one_of(len(stays)), draws.between(0.0, 1.0) < 0.5
+        in_turn = stays[drawn:] + stays[:drawn]
+        first = next((k for k in in_turn if all(self._free(way[k].at) for way in ways)), in_turn[0])
         turned = [way[first:] + way[:first] for way in ways]
         return [(way[0].at, tuple(way[1:] + way[:1] if sets_out else way)) for way in turned]
 
