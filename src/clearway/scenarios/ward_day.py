@@ -38,6 +38,8 @@ PATIENCE, LONGER = 90.0, 3.0
 """s that a leg may take beside so many times what the straight way takes at the set speed."""
 DELAY = 10.0
 """What is pushed comes into the corridor up to so long after a leg begins, s."""
+CLEAR = 0.05
+"""Room between the robot and who stands where it starts, at least, m."""
 _PUSHED = (
     None,
     ("bed", RectangleSpec(kind="rectangle", length=2.1, width=0.96), 0.7, 0.4),
@@ -88,8 +90,8 @@ def _scenario(
 
 
 def _is_free(robot: Robot, start: PoseSpec, place: Place) -> bool:
-    """Whether nobody who stands at `place` stands in the robot; most robots are small enough to leave all of them."""
-    return clearance(robot.shape, np.array(start), Circle(RADIUS), np.array((*place, 0.0))) > 0.0
+    """Whether nobody who stands at `place` touches the robot; most robots are small enough to leave all of them."""
+    return clearance(robot.shape, np.array(start), Circle(RADIUS), np.array((*place, 0.0))) > CLEAR
 
 
 def _leg(name: str, goal: PoseSpec, limit: float) -> LegSpec:
