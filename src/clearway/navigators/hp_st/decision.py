@@ -23,6 +23,7 @@ from clearway.navigators.hp_st.ways import (
     Scene,
     Settings,
     Ways,
+    beside_who_moves,
     find_or_widen,
     gather,
     pose_scene,
@@ -185,11 +186,14 @@ def _boldest(free: Scene, ways: Ways, instead: Decision, nodes: int, cut: bool) 
 
 @kernel
 def decide(
-    settings: Settings, base: Base, memory: Memory, forecast: Forecast, counted: Forecast, field: Field, area: FloatArray,
+    settings: Settings, base: Base, slow: Base, memory: Memory, forecast: Forecast, counted: Forecast, field: Field, area: FloatArray,
     costs: SearchCosts, rules: Rules, safety: Safety, evasion: Evasion, pose: FloatArray,
 ) -> Decision:  # fmt: skip
-    """Decide what to drive from `pose` (3,); of the forecast that counts in certificates which is `counted`."""
-    scene = pose_scene(settings, base, memory, forecast, field, area, costs, safety, pose)
+    """Decide what to drive from `pose` (3,), with the `base`, or `slow` as it is beside who moves; of the forecast that counts in
+    certificates which is `counted`."""
+    scene = beside_who_moves(
+        pose_scene(settings, base, memory, forecast, field, area, costs, safety, pose), slow, memory
+    )
     found = find_or_widen(scene, memory, 0)
     ways = gather(scene, memory, found, settings.rounds)
     return evade(scene, memory, evasion, ways, choose(scene, memory, counted, rules, found, ways))

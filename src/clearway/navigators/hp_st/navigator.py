@@ -52,7 +52,7 @@ from clearway.navigators.hp_st.parameters import (
 )
 from clearway.navigators.hp_st.search.costs import SearchCosts
 from clearway.navigators.hp_st.search.manoeuvres import manoeuvres_of
-from clearway.navigators.hp_st.ways import Memory, find, gather, pose_scene, widen
+from clearway.navigators.hp_st.ways import Memory, beside_who_moves, find, gather, pose_scene, widen
 from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import HOSPITAL, TunedOn
 
@@ -256,17 +256,15 @@ class HpSt(Parametrised[Parameters]):
         assert self._counted is not None
         assert self._field is not None
         settings, memory, forecast, counted = self._settings, self._memory, self._forecast, self._counted
-        top, evasion = self._fastest_beside(forecast, pose), self._evasion
-        base, fast = slowed(self._base, top), evasion.base.limits
-        memory.plan[:] *= np.minimum(1.0, top / np.maximum(np.abs(memory.plan[:, :1]), 1e-9))  # it is one of the ways
-        again = evasion.again or top < max(fast.v_max, -fast.v_min)  # from who would hit it it gets away at any speed
-        evasion = evasion._replace(costs=evasion.costs._replace(reach=costs.reach), again=again)
+        slow = slowed(self._base, self._fastest_beside(forecast, pose))
+        evasion = self._evasion._replace(costs=self._evasion.costs._replace(reach=costs.reach))
         if self._seconds is None:
             return decide(
-                settings, base, memory, forecast, counted, self._field, self._area, costs, self._rules, self._safety,
+                settings, self._base, slow, memory, forecast, counted, self._field, self._area, costs, self._rules, self._safety,
                 evasion, pose,
             )  # fmt: skip
-        scene = pose_scene(settings, base, memory, forecast, self._field, self._area, costs, self._safety, pose)
+        scene = pose_scene(settings, self._base, memory, forecast, self._field, self._area, costs, self._safety, pose)
+        scene = beside_who_moves(scene, slow, memory)
         found, end = find(scene, memory, settings.narrow, 0, math.inf), began + self._seconds
         late = time.perf_counter() >= end
         if late:

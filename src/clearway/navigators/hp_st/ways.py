@@ -57,6 +57,7 @@ class Settings(NamedTuple):
         heading_weight: Weight of the heading's error beside the position's there, in metres per radian.
         spread: (3,) how uncertain what the search sees may be, see `predicted_obstacles`.
         certified: Whether a plan needs a certificate.
+        hit: Risk of contact in a period, if it stood, from which on it isn't slow beside who moves.
     """
 
     period: float
@@ -75,6 +76,7 @@ class Settings(NamedTuple):
     heading_weight: float
     spread: FloatArray
     certified: bool
+    hit: float
 
 
 class Memory(NamedTuple):
@@ -229,6 +231,27 @@ def pose_scene(
     start[3], start[4] = memory.velocity[0], memory.velocity[1]
     obstacles = predicted_obstacles(forecast, settings.spread)
     return Scene(settings, base, obstacles, field, area, costs, safety, start)
+
+
+@kernel
+def beside_who_moves(scene: Scene, slow: Base, memory: Memory) -> Scene:
+    """`scene` with a base that is `slow` there, to which the last plan, one of the ways, is held too; with its own where that is no
+    faster, or who comes would hit the robot if it braked and stood (`Settings.hit`)."""
+    fast, top = scene.base.limits, slow.limits
+    if top.v_max >= fast.v_max and top.v_min <= fast.v_min:
+        return scene
+    n = scene.settings.periods
+    _, _, risk = weigh(scene, np.zeros((n, 2)), np.empty((n + 1, 5)))
+    if risk >= scene.settings.hit:
+        return scene
+    for k in range(n):
+        v = memory.plan[k, 0]
+        allowed = top.v_max if v > 0.0 else -top.v_min
+        if abs(v) > allowed:
+            memory.plan[k] *= allowed / abs(v)
+    return Scene(
+        scene.settings, slow, scene.obstacles, scene.field, scene.area, scene.costs, scene.safety, scene.start
+    )  # fmt: skip
 
 
 @kernel
