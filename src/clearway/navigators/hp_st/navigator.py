@@ -74,6 +74,7 @@ LOOK = 0.3
 _LOOK_NOTE = "that it drives only where it has looked for a while"
 _HEADWAY_NOTE = "how slowly it drives beside who moves"
 _PROCEED_NOTE = "what it risks where nothing has a certificate"
+_EVERY_NOTE = "that it has the values of TIAGo and HOSBOT for the ward"
 
 
 class HpSt(Parametrised[Parameters]):
@@ -131,6 +132,20 @@ class HpSt(Parametrised[Parameters]):
         TunedOn("ward-day-held-out", ("tiago",), draws=range(100, 106), note=_HEADWAY_NOTE),
         TunedOn("ward-day", ("tiago", "hosbot"), draws=range(120, 156), note=_PROCEED_NOTE),
         TunedOn("ward-day", ("tiago", "hosbot"), draws=range(160, 166), note=_PROCEED_NOTE),
+        TunedOn("ward-day", ("turtlebot4", "pepper"), draws=range(160, 164), note=_EVERY_NOTE),
+        TunedOn(
+            "ward-day",
+            ("tiago-omni", "turtlebot3-waffle", "mir100", "husky", "whill"),
+            draws=range(160, 162),
+            note=_EVERY_NOTE,
+        ),
+        TunedOn(
+            "hospital-blind",
+            ("tiago", "hosbot", "tiago-omni", "turtlebot4"),
+            "hall",
+            speeds=(0.6,),
+            note=_HEADWAY_NOTE,
+        ),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
@@ -412,7 +427,9 @@ _EVASIVE = (
     TunedOn("sar-misspecified", ("rescue",), draws=range(100, 160), note="when it evades"),
     TunedOn("meeting-points", ("tiago",), note="when it evades"),
     TunedOn("dynabarn", ("jackal",), draws=range(16), note="when it evades"),
-    TunedOn("hospital-held-out-blind", ("tiago", "hosbot"), note="how fast it evades"),
+    TunedOn(
+        "hospital-held-out-blind", ("tiago", "hosbot", "turtlebot4", "tiago-omni", "pepper"), note="how fast it evades"
+    ),
     TunedOn("replayed-held-out", ("tiago",), draws=range(60), note="how fast it evades"),
 )
 
