@@ -307,6 +307,17 @@ def test_beside_who_moves_it_is_no_faster_than_headway_lets_it_be(guarantee: str
     assert speed.max() > 0.9, "while nobody is near"
 
 
+@pytest.mark.parametrize("guarantee", HpSt.GUARANTEES)
+def test_it_is_not_slow_where_it_would_be_hit_if_it_stood(guarantee: str) -> None:
+    """Somebody comes from behind, faster than it may drive beside who moves."""
+    went = drive(
+        begun(guarantee=guarantee, headway=4.0, creep=0.1), (8.0, 0.0),
+        lambda t, pose: obstacles([(-1.5 + 0.6 * t, 0.0)]), 100,
+    )  # fmt: skip
+    assert went.arrived
+    assert went.contact is None
+
+
 def test_a_wide_margin_is_kept_whatever_nearness_costs() -> None:
     """What stands farther than `soft` is passed over, so that has to reach as far as the margin."""
     costs = begun(RESCUE, pose_error=0.04)._wishes
