@@ -42,13 +42,15 @@ class Parameters(RobotTable):
     low_cost_threshold: NonNegative = Field(description="a way that costs no more than this is not searched on, s")
     contact_cost: Positive = Field(description="cost of a certain contact, s")
     headway: NonNegative = Field(
-        description="beside who moves it drives no faster than would take it all the room between them in this time, s, but to get away from who would hit it; 0: as fast as anywhere"
+        description="beside who moves it drives no faster than would take it all the room between them in this time, s, unless it would be hit if it stood; 0: as fast as anywhere"
     )
     creep: Positive = Field(description="but so fast it may always drive, m/s")
     halt_cost: NonNegative = Field(
         description="with a certificate: cost of being where it couldn't brake to rest in time, s/s"
     )
-    hit: Share = Field(description="with `evasive`: risk of contact in a period from which on it evades")
+    hit: Share = Field(
+        description="risk of contact in a period, if it stood, from which on `headway` doesn't hold; with `evasive`, in any plan that is certified, from which on it evades"
+    )
     proceed: NonNegative = Field(
         le=1,
         description="with `evasive`, where nothing has a certificate: risk of contact in a period up to which it drives on",
