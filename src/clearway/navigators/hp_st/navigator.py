@@ -146,6 +146,11 @@ class HpSt(Parametrised[Parameters]):
             speeds=(0.6,),
             note=_HEADWAY_NOTE,
         ),
+        TunedOn(
+            "hospital-held-out-blind",
+            ("tiago", "hosbot", "turtlebot4", "tiago-omni", "pepper"),
+            note=f"{_HEADWAY_NOTE}, and evades",
+        ),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
@@ -427,9 +432,6 @@ _EVASIVE = (
     TunedOn("sar-misspecified", ("rescue",), draws=range(100, 160), note="when it evades"),
     TunedOn("meeting-points", ("tiago",), note="when it evades"),
     TunedOn("dynabarn", ("jackal",), draws=range(16), note="when it evades"),
-    TunedOn(
-        "hospital-held-out-blind", ("tiago", "hosbot", "turtlebot4", "tiago-omni", "pepper"), note="how fast it evades"
-    ),
     TunedOn("replayed-held-out", ("tiago",), draws=range(60), note="how fast it evades"),
 )
 
