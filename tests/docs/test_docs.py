@@ -125,10 +125,11 @@ def test_the_index_of_decisions_names_every_page_of_them():
 
 def _measured() -> list[Found]:
     """What each heading of the measurements is followed by, where that has figures: a command or a table."""
-    page = ROOT / "docs" / "measurements.md"
-    text = page.read_text(encoding="utf-8")
-    sections = re.finditer(r"^##+ .+\n((?:(?!##+ ).*\n)*)", text, re.MULTILINE)
-    found = [Found(page, text.count("\n", 0, m.start()) + 1, m[1]) for m in sections]
+    found = []
+    for page in sorted((ROOT / "docs" / "measurements").glob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        sections = re.finditer(r"^##+ .+\n((?:(?!##+ ).*\n)*)", text, re.MULTILINE)
+        found += [Found(page, text.count("\n", 0, m.start()) + 1, m[1]) for m in sections]
     return [f for f in found if re.search(r"^(?:```sh|\|)", f.text, re.MULTILINE)]
 
 

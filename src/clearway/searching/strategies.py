@@ -69,7 +69,7 @@ class Screen:
     """Tries what looks hardest among some members of any family that are drawn by chance, and looked at without a trial.
 
     Nothing is learned from trials: where a search is worth its while breaks are so rare that it would
-    have to learn from the margins of trials that hold, which tell little (docs/measurements.md).
+    have to learn from the margins of trials that hold, which tell little (docs/measurements/answers.md).
 
     Args:
         space: What is searched.
