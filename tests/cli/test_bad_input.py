@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from command_line import Shell
 
+import clearway as clearway_package
+
 SCENARIO = """
 name = "corridor"
 floor_plan = "hall"
@@ -162,6 +164,17 @@ class TestMaps:
         assert "gone.pgm" in said.err
         complaint = clearway.complaint("run", "hospital", "--batch", "NO", "--map", path, "--out", tmp_path / "out")
         assert "gone.pgm" in complaint
+
+    def test_a_map_of_another_place(self, clearway: Shell, tmp_path: Path) -> None:
+        hall = Path(clearway_package.__file__).parent / "scenarios" / "plans" / "hall.yaml"
+        legs = '[[legs]]\nname = "on"\ngoal = [8.0, 0.0, 0.0]\ntime_limit = 30.0\n'
+        test = tmp_path / "short.toml"
+        test.write_text(f'name = "short"\nfloor_plan = "ward"\nstart = [5.5, 0.0, 0.0]\nspeed = 0.6\n{legs}')
+        asked = ("run", test, "--robot", "tiago", "--navigator", "orca", "--map", hall, "--out", tmp_path / "out")
+        complaint = clearway.complaint(*asked)
+        assert str(hall) in complaint
+        assert "the goal of leg 'on' of the scenario 'short-v0.6-r1', (8, 0), is outside this map" in complaint
+        assert not (tmp_path / "out").exists()
 
 
 class TestResultsDirectories:

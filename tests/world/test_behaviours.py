@@ -294,13 +294,20 @@ def test_checking_a_scenario_finds_that_a_behaviour_is_not_there(
     assert says in problem.problem
 
 
-def test_checking_a_scenario_finds_that_another_robots_navigator_is_not_there(own: Path, tmp_path: Path) -> None:
-    robot = '[[robots]]\nname = "r"\nrole = "other"\nstart = [7.0, 7.0, 0.0]\nnavigator = "hb-st"\n'
+@pytest.mark.parametrize(
+    ("named", "says"),
+    [('"hb-st"', "did you mean 'hp-st'"), ('"orca[foo=1]"', "foo: unknown key"), ('"nav2[params=gone.yaml]"', "gone.yaml: no such file"),
+     ('"orca"\nrobot = "f1tenth"', "that of the robot 'f1tenth' is ackermann")],
+)  # fmt: skip
+def test_checking_a_scenario_finds_that_another_robots_navigator_cannot_drive_it(
+    own: Path, tmp_path: Path, named: str, says: str
+) -> None:
+    robot = f'[[robots]]\nname = "r"\nrole = "other"\nstart = [7.0, 7.0, 0.0]\nnavigator = {named}\n'
     legs = 'legs = [{ name = "on", goal = [8.0, 7.0, 0.0], time_limit = 60.0 }]\n'
     (tmp_path / "scene.toml").write_text(SCENE + robot + legs)
     (problem,) = checks.check_file(tmp_path / "scene.toml", load_robot("tiago"))
     assert problem.field == "robots.0.navigator"
-    assert "did you mean 'hp-st'" in problem.problem
+    assert says in problem.problem
 
 
 @pytest.mark.parametrize(

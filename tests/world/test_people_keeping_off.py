@@ -20,7 +20,7 @@ from clearway.crowds.ways import room_of
 from clearway.geometry.grid import FREE, OccupancyGrid
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.trials import Outcome
-from clearway.world.behaviours.keeping_off import IN_TIME, SLIM, TOUCH, Around, Walker, keep_off
+from clearway.world.behaviours.keeping_off import BESIDE, IN_TIME, SLIM, TOUCH, Around, Walker, keep_off
 from clearway.world.behaviours.walkers import FASTER
 
 
@@ -187,7 +187,20 @@ def test_who_stands_steps_aside_or_does_not(yields: float | None, outcome: Outco
     stands = {"name": "ann", "start": (2.0, 0.1), "behaviour": "still", "yields_at": yields}
     trial = watch([stands], 6.0, start=(0.0, 0.0, 0.0), pilot=constant(0.3))
     assert trial.outcome is outcome
-    assert np.ptp(trial.moving_obstacles[:, 0, :2], axis=0).max() == pytest.approx(0.5 if yields else 0.0, abs=1e-6)
+    away = 0.25 + 0.25 + BESIDE - 0.1  # from where it stands to where the robot leaves it room
+    assert np.ptp(trial.moving_obstacles[:, 0, :2], axis=0).max() == pytest.approx(away if yields else 0.0, abs=1e-6)
+
+
+def test_who_stands_steps_aside_as_often_as_it_is_in_the_way() -> None:
+    """The robot drives past, and backs in an arc over where the person has stepped."""
+    pilot = Pilot(lambda sensing: Command(0.5, 0.0) if sensing.t < 6.0 else Command(-0.5, -0.35))
+    stands = {"name": "ann", "start": (1.5, 0.1), "behaviour": "still", "yields_at": 0.6}
+    trial = watch([stands], 10.0, start=(0.0, 0.0, 0.0), pilot=pilot)
+    assert trial.outcome is Outcome.TIMEOUT, trial.reason
+    back = trial.t > 6.0
+    aside = trial.moving_obstacles[~back, 0, :2][-1]
+    assert np.hypot(*(trial.pose[back, :2] - aside).T).min() < 0.3
+    assert np.hypot(*(trial.moving_obstacles[-1, 0, :2] - aside)) > 0.3
 
 
 @settings(max_examples=15)

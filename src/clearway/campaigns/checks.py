@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from clearway.campaigns.conformance import check_navigator
-from clearway.campaigns.pilot import DECISION_LIMIT, guarded, prepare_limit
+from clearway.campaigns.pilot import DECISION_LIMIT, dismiss, guarded, prepare_limit
 from clearway.campaigns.plan import refuse_namesakes
 from clearway.campaigns.robot_tables import table_problems
 from clearway.errors import ClearwayError, nearest, shown
@@ -16,6 +17,8 @@ from clearway.foreign import said
 from clearway.geometry.ros_map import about_map
 from clearway.navigators.registry import (
     NAVIGATORS,
+    check_drive,
+    check_parameters,
     make_navigator,
     navigator_class,
     navigator_names,
@@ -99,7 +102,7 @@ def _is_suite_at(target: str) -> bool:
 
 def _suite(name: str, robot: str | None) -> Iterator[Said]:
     """Each scenario of a suite, repetitions once, with each of its robots, and what they name."""
-    suite, every = load_suite(name), list[Scenario]()
+    suite, named = load_suite(name), dict[str, None]()
     for driver in map(load_robot, (robot,) if robot else suite.robots or (ROBOT,)):
         try:
             scenarios = suite.build(driver, Selection(), 0)
@@ -108,7 +111,7 @@ def _suite(name: str, robot: str | None) -> Iterator[Said]:
         except Exception as error:  # a user's own `make`
             yield False, str(ClearwayError(f"its scenarios cannot be made: {in_a_line(error)}", file=name))
             continue
-        every += scenarios
+        named |= dict.fromkeys(str(problem) for problem in _code_problems(scenarios, name, driver))
         kinds = {s.model_dump_json(exclude={"name", "seed", "labels"}): s for s in scenarios}
         wrong = False
         for scenario in kinds.values():
@@ -117,7 +120,7 @@ def _suite(name: str, robot: str | None) -> Iterator[Said]:
                 yield False, str(ClearwayError(e.problem, file=name, field=f"{scenario.name}: {e.field}"))
         if not wrong:
             yield True, f"{driver.name}: {len(scenarios)} scenarios, {len(kinds)} without repetitions"
-    yield from ((False, str(problem)) for problem in _code_problems(every, name))
+    yield from ((False, problem) for problem in named)
 
 
 def _usual_robots(path: Path) -> list[Robot | ClearwayError]:
@@ -163,7 +166,7 @@ def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
     if found or path.suffix != ".toml":
         return found
     if (kind := kind_of(read_toml(path))) is not Robot:
-        return list(_code_problems(scenarios_in(path), path)) if kind in (Scenario, SuiteSpec) else []
+        return list(_code_problems(scenarios_in(path), path, robot)) if kind in (Scenario, SuiteSpec) else []
     told: dict[tuple[str | None, str], ClearwayError] = {}
     try:
         refuse_namesakes([str(path)])
@@ -179,21 +182,36 @@ def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
     return list(told.values())
 
 
-def _code_problems(scenarios: Iterable[Scenario], file: str | Path) -> Iterator[ClearwayError]:
-    """What scenarios name and nobody has: behaviours of their people, navigators of their other robots."""
-    named: dict[tuple[Callable[[str], object], str], str] = {}
+def _code_problems(scenarios: Iterable[Scenario], file: str | Path, robot: Robot) -> Iterator[ClearwayError]:
+    """What scenarios name and nobody has, or can't be used: behaviours of their people, navigators of their other robots."""
+    named: dict[tuple[str | None, ...], tuple[str, Callable[[], object]]] = {}
     for scenario in scenarios:
         for i, person in enumerate(scenario.people):
-            named.setdefault((find_behaviour, person.behaviour), f"people.{i}.behaviour")
+            found = partial(find_behaviour, person.behaviour)
+            named.setdefault((person.behaviour,), (f"people.{i}.behaviour", found))
         for i, other in enumerate(scenario.robots):
             if other.navigator is not None:
-                named.setdefault((navigator_class, other.navigator), f"robots.{i}.navigator")
-    for (find, name), field in named.items():
+                driven = partial(_drives, other.navigator, other.robot, robot)
+                named.setdefault((other.navigator, other.robot), (f"robots.{i}.navigator", driven))
+    for field, look in named.values():
         try:
-            guarded(prepare_limit(DECISION_LIMIT), "to be imported", find, name)
+            guarded(prepare_limit(DECISION_LIMIT), "to be made", look)
         except Exception as error:
-            said_of = error.problem if isinstance(error, ClearwayError) else said(error)
-            yield ClearwayError(said_of, file=file, field=field)
+            yield ClearwayError(str(error) if isinstance(error, ClearwayError) else said(error), file=file, field=field)
+
+
+def _drives(navigator: str, which: str | None, tested: Robot) -> None:
+    """See that `navigator` can be made and can drive the robot `which` of a scenario, where that is None one like the tested robot.
+
+    Raises:
+        ClearwayError: it can't, or doesn't.
+    """
+    driver, robot = make_navigator(navigator), load_robot(which) if which else tested
+    try:
+        check_drive(navigator, driver, robot)
+        check_parameters(navigator, driver, robot)
+    finally:
+        dismiss(driver, DECISION_LIMIT)
 
 
 def about_file(path: Path) -> list[str]:

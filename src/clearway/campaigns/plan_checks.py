@@ -18,6 +18,7 @@ from clearway.campaigns.robot_tables import in_file_of, unread_tables
 from clearway.campaigns.tuning import tuned_on
 from clearway.contract import Navigator
 from clearway.errors import ClearwayError, unknown
+from clearway.geometry.grid import OCCUPIED, OccupancyGrid
 from clearway.imports import refuse_clashes
 from clearway.navigators.registry import (
     check_drive,
@@ -32,6 +33,7 @@ from clearway.perception import make_localiser, make_tracker
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.behaviours import find_behaviour
 from clearway.scenarios.check import check_scenario
+from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import beyond_reach
 from clearway.tuning import TunedOn
 
@@ -83,7 +85,10 @@ def check_plan(plan: CampaignPlan, specs: Iterable[TrialSpec], work: Pool | None
             for problem in check_scenario(drawn(plan, spec).scenario, load_robot(spec.robot)):
                 file = spec.suite if spec.suite.endswith(".toml") else problem.file
                 raise ClearwayError(problem.problem, file=file, field=f"{scenario.name}: {problem.field}")
-            has_map[content] = granted_map(plan.map, scenario) is not None
+            granted = granted_map(plan.map, scenario)
+            if granted is not None and plan.map not in (None, "true"):
+                _refuse_another_place(str(plan.map), granted, scenario)
+            has_map[content] = granted is not None
         driven |= dict.fromkeys(spec.robots)
         driving |= dict.fromkeys(spec.navigators)
         together[tuple(spec.navigators)] = None
@@ -147,6 +152,21 @@ def too_fast(specs: Iterable[TrialSpec]) -> list[str]:
     robots = {which: load_robot(which) for which in speeds}
     said = (beyond_reach(speeds[which], robot.title, robot.drive.v_max) for which, robot in robots.items())
     return [sentence for sentence in said if sentence]
+
+
+def _refuse_another_place(file: str, known: OccupancyGrid, scenario: Scenario) -> None:
+    """Refuse a map that knows of no floor where a robot starts, or is to go to."""
+    for robot in scenario.members():
+        places = {"the start": robot.start} | {f"the goal of leg {leg.name!r}": leg.goal for leg in robot.legs}
+        for place, pose in places.items():
+            cell = tuple(math.floor((pose[k] - known.origin[k]) / known.resolution) for k in (1, 0))
+            inside = all(0 <= c < n for c, n in zip(cell, known.data.shape, strict=True))
+            if not inside or known.data[cell] == OCCUPIED:
+                raise ClearwayError(
+                    f"{place} of the scenario {scenario.name!r}, ({pose[0]:g}, {pose[1]:g}), is {'in a wall of' if inside else 'outside'} "
+                    "this map: it is to be of the floor plan that the trials run on, in the same frame",
+                    file=file,
+                )
 
 
 def _refuse_sharing(drivers: list[tuple[str, str]], workers: int) -> None:

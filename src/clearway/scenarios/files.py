@@ -7,6 +7,7 @@ under `[[scenario]]`, others by `files`, each run at every one of `speeds` and `
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -249,9 +250,16 @@ def _located(model: Any, path: Path) -> Any:
 
 
 def _own_code(part: Any, field: str, path: Path) -> Any:
-    """The part of a scenario with the Python file that one of its fields names seen from the folder of the scenario's file."""
+    """The part of a scenario with the files that one of its fields names, code and a navigator's own, seen from the folder of the scenario's file."""
     named = getattr(part, field)
-    return part.model_copy(update={field: _beside(named, path)}) if named and ".py:" in named else part
+    if not named:
+        return part
+    code, colon, rest = named.partition(":") if ".py:" in named else ("", "", named)
+    # `nav2[params=FILE]`, `move-base[params=FOLDER+FILE]`, `npz:FILE`: what isn't there is a preset's name, or told where it is read
+    seen = re.sub(
+        r"(?<=[=:+])[^=:+,\[\]]+", lambda m: _beside(m[0], path) if (path.parent / m[0]).exists() else m[0], rest
+    )
+    return part.model_copy(update={field: (_beside(code, path) if code else "") + colon + seen})
 
 
 def _beside(name: str, path: Path) -> str:

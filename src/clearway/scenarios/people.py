@@ -80,7 +80,7 @@ class PersonSpec(Table):
     yields_at: Positive | None = Field(
         default=None,
         le=10,
-        description="still only: steps aside when a robot comes nearer than this, m; default: never",
+        description="still only: steps out of the way of a robot that comes nearer than this, m; default: never",
     )
 
     @model_validator(mode="before")
