@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from importlib import resources
 from pathlib import Path
 
@@ -162,6 +163,8 @@ def test_a_plan_without_walls_has_those_of_its_map(tmp_path: Path) -> None:
     plan, bare = load_floor_plan(str(path)), load_floor_plan(str(tmp_path / "floor.yaml"))
     assert (plan.name, plan.area, plan.bounds) == ("ours", None, bare.bounds)
     assert [f.name for f in plan.fixtures] == [*(f.name for f in bare.fixtures), "chair"]
+    assert len({f.name for f in bare.fixtures}) == len(bare.fixtures) > 1
+    assert all(re.fullmatch(r"cells at -?[\d.]+, -?[\d.]+", f.name) for f in bare.fixtures)
     assert plan.map is not None
     assert (plan.map.data == hall.map.data).all()
     assert plan.a is not None

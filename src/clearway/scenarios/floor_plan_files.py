@@ -283,8 +283,14 @@ def _from_map(path: Path) -> FloorPlan:
     _refuse_extent(path, bounds, FINEST)
     if (count := rectangles(grid)) > RECTANGLES:
         raise ClearwayError(f"its walls are {count:,} rectangles of cells; at most {RECTANGLES:,} are read", file=path)
-    fixtures = tuple(Fixture(f"cells-{i}", "wall", shape, np.zeros(3)) for i, shape in enumerate(boundaries(grid)))
+    fixtures = tuple(Fixture(_where(shape), "wall", shape, np.zeros(3)) for shape in boundaries(grid))
     return FloorPlan(path.stem, path.stem, fixtures, grid, None, None, None, bounds)
+
+
+def _where(cells: Polygon) -> str:
+    """The name of some of a map's occupied cells: by their middle, which no others have."""
+    x, y = np.round(np.mean(cells.vertices, axis=0), 3) + 0.0  # no -0
+    return f"cells at {x:g}, {y:g}"
 
 
 def write_shipped_maps() -> None:
