@@ -289,7 +289,7 @@ def _from_map(path: Path) -> FloorPlan:
 
 def _where(cells: Polygon) -> str:
     """The name of some of a map's occupied cells: by their middle, which no others have."""
-    x, y = np.round(np.mean(cells.vertices, axis=0), 3) + 0.0  # no -0
+    x, y = np.asarray(cells.vertices).mean(axis=0).round(3) + 0.0  # no -0
     return f"cells at {x:g}, {y:g}"
 
 
