@@ -23,6 +23,13 @@ settings.load_profile("clearway")
 
 LONGEST = ("hp_st", "test_guard", "test_a_day", "hl_rrt", "conformance", "hp_tmpc", "test_people", "tests/reports")
 """Parts of the names of files, those first whose tests take longest, so that none of them is left when all else is done."""
+IN_DEPTH = (
+    "tests/navigators/hp_tmpc",
+    "tests/navigators/hl_rrt",
+    "tests/navigators/colregs_apf",
+    "tests/oracles/test_rrt_oracle",
+)
+"""Navigators of the literature, each of which compiles for long: `make slow` tests them, as it does whether they keep the contract."""
 TOGETHER = ("hp_st", "hp_tmpc", "hl_rrt", "move_base", "colregs_apf", "nav2", "mpc_cbf", "mppi_forecast", "test_people")
 """Navigators, and people, that compile for long."""
 
@@ -42,7 +49,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeSch
     return _ByFile(config, log)
 
 
+@pytest.hookimpl(tryfirst=True)  # before those that are slow are left out
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.nodeid.startswith(IN_DEPTH):
+            item.add_marker(pytest.mark.slow)
+
     def rank(item: pytest.Item) -> int:
         return next((i for i, name in enumerate(LONGEST) if name in item.nodeid.partition("::")[0]), len(LONGEST))
 

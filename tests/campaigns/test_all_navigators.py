@@ -53,6 +53,7 @@ def test_of_those_that_are_named_too_and_by_robot() -> None:
     assert "does not say who drives the robot 'crowdnav-disc'" in why["tiago=orca"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("able_too", [["--navigator", "orca"], []])
 def test_the_contest_says_below_its_table_why_one_that_is_named_cannot_drive(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], able_too: list[str]

@@ -51,6 +51,7 @@ def test_a_plan_of_many_seeds_draws_nothing(monkeypatch: pytest.MonkeyPatch) -> 
             dataclasses.replace(many, selection=Selection(seeds=(0, 2000), scenarios=(wrong,))).specs()
 
 
+@pytest.mark.slow
 def test_what_is_drawn_is_what_the_suite_builds_and_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     specs = PLAN.specs()
     whole = [drawn(PLAN, spec, tmp_path) for spec in specs]

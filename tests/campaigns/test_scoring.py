@@ -20,6 +20,7 @@ def lab(tmp_path: Path) -> Path:
     return tmp_path / "lab" / "plan.toml"
 
 
+@pytest.mark.slow
 def test_the_same_bytes_whatever_the_workers(lab: Path, tmp_path: Path) -> None:
     one, two = (score_plan(lab, tmp_path / str(n), workers=n) for n in (1, 2))
     for name in SAME:

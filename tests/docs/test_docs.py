@@ -177,6 +177,7 @@ def test_python_compiles_and_names_what_exists(code: Found):
             assert {k.arg for k in node.keywords if k.arg} <= known, ast.unparse(node)
 
 
+@pytest.mark.slow
 def test_what_the_page_on_learning_shows_runs(capsys: pytest.CaptureFixture[str]):
     pytest.importorskip("gymnasium")
     pytest.importorskip("pettingzoo")

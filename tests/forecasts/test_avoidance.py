@@ -72,6 +72,7 @@ def error(found: list[Forecast], ways: FloatArray) -> float:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["orca", "social-force"])
 @pytest.mark.parametrize("people", [2, pytest.param(5, marks=pytest.mark.slow), 9])
 def test_it_errs_by_less_than_half_where_people_avoid_each_other_by_the_rule(people: int, rule: str) -> None:

@@ -155,6 +155,7 @@ def test_a_users_own_function_calls_kernels():
     assert users(np.full(2, 8.0)) == 4.0
 
 
+@pytest.mark.slow
 def test_what_several_processes_have_compiled_fits_together(tmp_path: Path):
     """One compiles who calls, the next one what is called for Python, so that constants of either are others'; then both are loaded."""
     module = (

@@ -35,6 +35,7 @@ def foreseen(name: str, pivot: float) -> FloatArray:
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hp-st", "mppi-forecast"])
 def test_who_walks_evenly_is_expected_to_go_on_evenly(name: str) -> None:
     about_itself, about_another = foreseen(name, 0.0), foreseen(name, 0.2)

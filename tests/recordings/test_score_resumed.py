@@ -65,6 +65,7 @@ def resumed(plan: Path, out: Path) -> tuple[int, int]:
     return told[0]
 
 
+@pytest.mark.slow
 def test_a_file_that_ties_all_and_changed_meanwhile_is_named(tmp_path: Path):
     plan = prepared(tmp_path)
     with pytest.raises(Stopped):

@@ -71,6 +71,7 @@ def test_the_means_on_the_page_are_those_of_statistics(report: Path, results: Re
             assert f">{r['mean']:.2f} ± {r['sd']:.2f}<" in text
 
 
+@pytest.mark.slow
 def test_the_report_is_the_same_each_time(results: Results, report: Path) -> None:
     out = results.path
     before = {

@@ -92,6 +92,7 @@ def test_published_runs() -> None:
     assert hardest == pytest.approx({264: 0.0, 282: 0.1, 228: 0.2, 216: 0.4, 258: 0.5})
 
 
+@pytest.mark.slow
 def test_every_world_can_be_driven() -> None:
     for test in load_suite("barn").build(JACKAL, Selection(repetitions=1), 1):
         assert [str(e) for e in check_scenario(test, JACKAL)] == [], test.name

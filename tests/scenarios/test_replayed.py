@@ -192,6 +192,7 @@ def test_the_held_out_geometry_is_another_one_throughout() -> None:
         assert check_scenario(scenario, TIAGO) == []
 
 
+@pytest.mark.slow
 def test_each_frozen_recording_held_out_can_be_crossed() -> None:
     """By a disc of the robot's size that knows everybody's future."""
     for scenario in built(suite="replayed-held-out"):

@@ -30,6 +30,7 @@ def test_it_gets_through_a_crowd_that_it_has_not_met() -> None:
     assert sum(trial.outcome == Outcome.REACHED for trial in results) >= 17
 
 
+@pytest.mark.slow
 def test_it_drives_tiago_through_the_hospital_the_same_way_each_time() -> None:
     runs = [
         clearway.run("hospital", robots=["tiago"], navigators=["ppo"], batches=["NO"], speeds=[1.0], repetitions=1)
