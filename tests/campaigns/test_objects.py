@@ -159,7 +159,7 @@ def test_the_systems_of_one_directory_are_compared_with_a_page(results: clearway
     assert (tmp_path / "page" / "differences.csv").read_text().startswith("a,b,batch,indicator")
     with pytest.raises(ClearwayError, match="unknown system 'hp-st'"):
         clearway.compare(results, between=["hp-st"])
-    with pytest.raises(ClearwayError, match="holds a single system"):
+    with pytest.raises(ClearwayError, match=r"between: leaves a single system; name another one too: object:own_class"):
         clearway.compare(results, between=["move-base"])
     (tmp_path / "own").mkdir()
     (tmp_path / "own" / "thesis.tex").touch()

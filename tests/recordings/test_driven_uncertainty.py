@@ -52,7 +52,7 @@ def on_paper():
     return {"CT": took, "PL": float((on_leg * v).sum()) * 1e-4, "TCS": 100 * cruising / took}
 
 
-def captured(rng, *, noise, rate, given) -> Trial:
+def captured(rng, *, noise, rate, given, cutoff=6.0) -> Trial:
     """One capture of it: noise [m] in each coordinate, four times as many radians, samples that begin anywhere."""
     end = driven(np.zeros(1))[1][-1, 1] + STAND
     t = np.arange(rng.uniform(0.0, 1 / rate), end, 1 / rate)
@@ -63,7 +63,7 @@ def captured(rng, *, noise, rate, given) -> Trial:
         "body", "map", "robot", t, np.column_stack([pose[:, :2], zero]),
         np.column_stack([zero, zero, np.sin(half), np.cos(half)]),
     )  # fmt: skip
-    motion = motion_of_track(track, MotionSpec(cutoff=6.0), None)
+    motion = motion_of_track(track, MotionSpec(cutoff=cutoff), None)
     made = forth_and_back(moving_obstacle=False, square=False)
     legs = made.attempt.legs
     if given:  # read off the nearest sample
@@ -77,7 +77,7 @@ def captured(rng, *, noise, rate, given) -> Trial:
         made, attempt=replace(made.attempt, source="recorded", period=1 / rate), t=t - t[0], pose=motion.wrapped, estimate=None,
         velocity=motion.velocity, leg=np.zeros(len(t), dtype=np.int64), moving_obstacles=np.empty((len(t), 0, 3)),
         spans=tuple(Span(i, a - t[0], b - t[0], True) for i, (a, b) in enumerate(cut)), sigma=motion.sigma[:, None],
-        provenance={"legs": words},
+        provenance={"legs": words, "motion": {"robot": {"cutoff": motion.quality.cutoff}}},
     )  # fmt: skip
 
 
@@ -93,3 +93,17 @@ def test_the_uncertainty_covers_what_is_off_in_a_monte_carlo(noise, rate, given)
         assert (error <= u).sum() >= 11, (name, error, u)
         assert np.median(u) < 0.025 * value, "of the order of the error, not a blanket"
     assert np.median([INDICATORS["CT_U"].function(trial).value for trial in trials]) < (0.02 if given else 0.3)
+
+
+@pytest.mark.parametrize(
+    ("noise", "rate"), [(0.001, 10.0), (0.002, 20.0), (0.004, 20.0), (0.001, 40.0), (0.004, 60.0)]
+)  # fmt: skip
+def test_noise_that_looks_like_motion_is_filtered_however_seldom_it_is_sampled(noise, rate):
+    """Its speed while it stands is up to 0.4 m/s as it is sampled."""
+    rng, known = np.random.default_rng(6), on_paper()
+    trials = [captured(rng, noise=noise, rate=rate, given=False, cutoff="residual") for _ in range(8)]
+    for name, value in known.items():
+        error = np.array([abs(INDICATORS[name].function(trial).value - value) for trial in trials])
+        u = np.array([INDICATORS[f"{name}_U"].function(trial).value for trial in trials])
+        assert (error <= u).sum() >= 7, (name, error, u)
+        assert np.median(u) < 0.07 * value

@@ -30,6 +30,7 @@ from clearway.recordings.exports.synthetic import System
 from clearway.recordings.lab.assemble import assemble
 from clearway.recordings.lab.checks import problems_of
 from clearway.recordings.lab.lab import Lab
+from clearway.trials.keeping import outline
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +49,8 @@ class Shelf:
 
     def trial(self, index):
         return self.trials[index]
+
+    remains = trial
 
 
 def test_csv_has_every_number_in_full_with_its_unit(trial, tmp_path):
@@ -175,6 +178,17 @@ def test_of_all_those_that_were_not_recorded_are_left_out(trial, tmp_path):
         export_trials(Shelf(unrecorded, trial), (0, 1), "tum", tmp_path / "other")
     with pytest.raises(ClearwayError, match="no trial was recorded"):
         export_trials(Shelf(unrecorded), None, "tum", tmp_path / "none")
+
+
+def test_all_is_looked_at_before_anything_is_written(trial, tmp_path):
+    files, left_out = export_trials(Shelf(outline(trial, "table"), trial), None, "csv", tmp_path / "out")
+    assert ({f.name[:4] for f in files}, left_out) == ({"0001"}, (0,))
+    with pytest.raises(ClearwayError, match=r"0001-.*: is there already"):
+        export_trials(Shelf(trial, trial), None, "csv", tmp_path / "out")
+    assert not list((tmp_path / "out").glob("0000-*"))
+    with pytest.raises(ClearwayError, match="0 is named twice"):
+        export_trials(Shelf(trial), (0, 0), "csv", tmp_path / "twice")
+    assert not (tmp_path / "twice").exists()
 
 
 @pytest.mark.parametrize(

@@ -124,6 +124,13 @@ def test_spans(lab: Lab, second: str, wrong: str | None):
         assert "trial no. 2: span" in said
 
 
+def test_a_trial_corrects_legs_by_the_names_that_the_plan_has(lab: Lab):
+    leg = 'legs = [{ name = "fort", goal = "B", span = [1.0, 4.0] }]'
+    said = only(lab(('file = "first.csv"', f'file = "first.csv"\n{leg}')))
+    assert "trial no. 1: legs.0.name" in said
+    assert "unknown leg 'fort'; did you mean 'forth'?" in said
+
+
 def test_a_leg_outside_its_trial(lab: Lab):
     leg = 'legs = [{ name = "forth", goal = "B", span = [4.0, 7.0] }]'
     said = only(lab(('file = "first.csv"', f'file = "first.csv"\nspan = [0.0, 5.0]\n{leg}')))

@@ -39,6 +39,13 @@ def test_values(tmp_path: Path):
     assert track.kind == "pose"
 
 
+@pytest.mark.parametrize("end", ["\n3.5 3 2 3 0 0", "\n3.5"])
+def test_a_last_line_that_was_cut_off_is_told(tmp_path: Path, end: str):
+    read = tum.read(file_of(tmp_path, LINES.rstrip("\n").rpartition("\n")[0] + end), Want())
+    assert len(read.tracks["trajectory"].t) == 2
+    assert any("taken as cut off" in note for note in read.notes)
+
+
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("blank", [" ", "\t", "   "])
 def test_blanks_and_line_ends(tmp_path: Path, blank: str, end: str):

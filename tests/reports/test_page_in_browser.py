@@ -273,6 +273,29 @@ def test_the_scan_of_the_replay_meets_the_walls(browser: Any, report: Path) -> N
     assert left == [pytest.approx(0.2), pytest.approx(1.5), True]
 
 
+def test_a_link_shows_its_trial_again_though_its_address_is_in_the_bar(browser: Any, report: Path) -> None:
+    load(browser, report, "#replay-1")
+    wait(browser, "return Replay.state().trial === 1")
+    browser.execute_script("document.getElementById('next').click()")
+    wait(browser, "return Replay.state().trial !== 1")
+    browser.execute_script("document.querySelector('a[href=\"#replay-1\"]').click()")
+    wait(browser, "return Replay.state().trial === 1")
+
+
+def test_on_a_telephone_what_plays_it_stands_below_the_picture(browser: Any, report: Path) -> None:
+    load(browser, report)
+    browser.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride", {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+    )
+    try:
+        below = browser.execute_script(
+            "const box = (id) => document.getElementById(id).getBoundingClientRect(); return box('play').top - box('stage').bottom"
+        )
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    assert 0 < below < 400
+
+
 def test_hostile_names_stay_text(browser: Any, hostile: Results) -> None:
     file = write_report(hostile.path)
     load(browser, file)

@@ -64,5 +64,8 @@ def export(
     else:
         for file in files:
             typer.echo(f"export: {file}")
+        if to == "mcap":
+            made_up = "/odom" if scans is False else "/odom and /scan"
+            typer.echo(f"export: made up from the true pose, without noise, as a trial keeps no messages: {made_up}")
         if left_out:
-            typer.echo(f"export: not recorded, left out: trials {', '.join(map(str, left_out))}")
+            typer.echo(f"export: not recorded or not kept, left out: trials {', '.join(map(str, left_out))}")

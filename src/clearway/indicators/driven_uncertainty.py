@@ -4,7 +4,8 @@ Expanded uncertainties U = 2 u as those of DE, OE and MDO are (`uncertainty`). u
 
 - When a leg began and ended, s. A given span is read off a sample: u_t = dt / sqrt(12) at each end, independently. What was
   found by the motion lies, besides, within tau to either side, the time that the robot takes between rest and a speed that
-  can be told from rest (0.02 m/s, or 3 u_v): tau / sqrt(3), all ends alike, as noise and filter put all of them outwards. What
+  can be told from rest (0.02 m/s, or 3 u_v): tau / sqrt(3), all ends alike, as noise and filter put all of them outwards. A low-pass
+  of less than 3 Hz blunts starts and stops, so that tau is longer by 1 / (2 pi f). What
   the robot reported is exact on its clock; where only one end of a leg is, the uncertainty of that clock against the
   capture's comes in, in all legs alike.
 - CT: u^2 = sum over all ends of u_t^2 + (sum over them of tau / sqrt(3))^2 + (sum over the legs of the clock's)^2.
@@ -42,6 +43,8 @@ SMOOTHED = 1.0
 """s; window of the cubic (Savitzky-Golay) that tells noise from motion: what passes it is slower than about 2 Hz."""
 ARM = 0.3
 """m; turning at omega counts as driving at ARM * omega, as it does where legs are found by motion."""
+SHARP = 3.0
+"""Hz; a low-pass that lets so much pass blunts no start or stop of a robot."""
 UNDER_WAY = 0.06
 """m/s; a robot that is so fast where its leg begins or ends did not rest there."""
 
@@ -82,11 +85,12 @@ def _ends(trial: Trial, drive: DrivenLeg, how: str) -> Ends:
     if "span given" in how:
         return Ends(sample, sample)
     sent, called = "goal sent" in how, "by the robot" in how
+    blunt = _blunted(trial)
     return Ends(
         start=0.0 if sent else sample,
         end=0.0 if called else sample,
-        rise=0.0 if sent else _seen(trial, drive, "start"),
-        fall=0.0 if called else _seen(trial, drive, "end"),
+        rise=0.0 if sent else _seen(trial, drive, "start") + blunt,
+        fall=0.0 if called else _seen(trial, drive, "end") + blunt,
         clock=_clock(trial) if sent != called else 0.0,
     )
 
@@ -115,6 +119,14 @@ def _seen(trial: Trial, drive: DrivenLeg, which: str) -> float:
     since = effort[first - 1] if np.isfinite(effort[first - 1]) else 0.0
     share = (level - since) / (effort[first] - since)
     return float(away[first - 1] + share * (away[first] - away[first - 1]))
+
+
+def _blunted(trial: Trial) -> float:
+    """How far the low-pass puts starts and stops off, s; 0 where it lets pass what a robot can do."""
+    cleaned = trial.provenance.get("motion")
+    robot = cleaned.get("robot") if isinstance(cleaned, Mapping) else None
+    cutoff = robot.get("cutoff") if isinstance(robot, Mapping) else None
+    return 1.0 / (2.0 * math.pi * cutoff) if isinstance(cutoff, float) and 0.0 < cutoff < SHARP else 0.0
 
 
 def _clock(trial: Trial) -> float:

@@ -71,10 +71,15 @@ def driving(f: Findings) -> Grid | None:
     heads: Heads = [
         text("Robot"), text("Batch"), "n", "contacts: robot moved", "both", "the other", "neither", *(head for head, _ in shown.values()),
     ]  # fmt: skip
+    jerk = "mean and largest jerk from velocities 0.25 s apart, and " if "jerk" in shown else ""
+    smooth = (
+        f", and how smoothly it drove: {jerk}the time stopped on the way (Francis et al. 2023). {_MEANS}"
+        if shown
+        else ""
+    )
     return grid(
-        "Contacts by who moved (Tsoi et al. 2022 count a robot's and a person's apart; a round robot that only turns does not move), and how "
-        "smoothly it drove: mean and largest jerk from velocities 0.25 s apart, and the time stopped on the way (Francis et al. 2023). "
-        f"{_MEANS}.", heads, rows, groups,
+        "Contacts by who moved (Tsoi et al. 2022 count a robot's and a person's apart; a round robot that only turns does not move)"
+        f"{smooth}.", heads, rows, groups,
     ) if contacts or shown else None  # fmt: skip
 
 

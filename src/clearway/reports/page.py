@@ -147,6 +147,7 @@ def build(results: Results, folder: Path, verdict: Verdict | None = None) -> Non
         fleets=fleets.fleets(f, runs),
         incidents=encounters.incidents(f),
         significance=[g for s in f.systems if (g := outcomes.significance(f, s))],
+        least_p=min((t["smallest_p"] for t in f.tests if t["smallest_p"] is not None), default=None),
         normality=outcomes.normality(f),
         speeds=len({r["speed"] for r in f.rows if r["speed"] is not None}),
         correlated=f.correlated,

@@ -43,6 +43,13 @@ def tables_of(results: Sequence[Results], between: Iterable[str] = ()) -> dict[s
             )
     chosen = [s for name in wanted for s in systems if name in _names(s)] if wanted else systems
     chosen = list(dict.fromkeys(chosen))
+    if len(chosen) < 2 <= len(systems):
+        others = {n for s in systems if s not in chosen for n in _names(s)} - {n for s in chosen for n in _names(s)}
+        raise ClearwayError(
+            f"leaves a single system; name another one too: {', '.join(sorted(others))}",
+            file=results[0].path,
+            field="between",
+        )
     if len(chosen) < 2:
         raise ClearwayError(
             "holds a single system, which has nothing to be compared with; name another results directory too, or run "

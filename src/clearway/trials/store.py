@@ -205,8 +205,8 @@ class TrialStore:
             if (differs := first_in_json(name, old.get(name), value)) is not None:
                 at, had, asks = differs
                 raise ClearwayError(
-                    f"cannot resume: its campaign differs in {at}: it has {json.dumps(had)}, now {json.dumps(asks)} is "
-                    "asked; put back what it was, or choose another directory",
+                    f"cannot resume: its campaign differs in {at}: it has {_brief(had)}, now {_brief(asks)} is asked; put back "
+                    "what it was, or choose another directory",
                     file=self.path / CAMPAIGN,
                 )
         return old
@@ -306,6 +306,12 @@ def results_schema(schema: Any) -> Any:
         "duration", pa.float64(), metadata={"unit": "s", "title": "of the whole trial, simulated or recorded"}
     )
     return pa.schema([*first, *(f for f in schema if f.name not in ("trial", "id")), duration])
+
+
+def _brief(value: Any) -> str:
+    """A value of campaign.json, such as a whole robot, in no more than a line."""
+    text = json.dumps(value)
+    return "nothing" if value is None else text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def _pretty(campaign: Mapping[str, Any]) -> bytes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from clearway.recordings.formats.beside import beside
 from clearway.recordings.protocol.toml_text import toml
 from clearway.recordings.recording import Recording, Track
 from clearway.trials import Trial
+from clearway.trials.keeping import is_outline
 
 TARGETS = {
     "mcap": ".mcap",
@@ -225,6 +227,10 @@ class Trials(Protocol):
         """Trial number `index`."""
         ...
 
+    def remains(self, index: int) -> Trial:
+        """The same, or what is left of it where it was not kept."""
+        ...
+
 
 def settings(to: str, said: Mapping[str, Any]) -> dict[str, Any]:
     """Arguments of `export_trials` from what was said on a command line; None: nothing was.
@@ -264,10 +270,10 @@ def export_trials(
     folder `out`, each under a telling name. Arguments as for `export`; `progress` is told (done, total).
 
     Args:
-        wanted: Which; None: all that were recorded.
+        wanted: Which; None: all that were recorded, and kept.
 
     Returns:
-        The files that were written, and the trials that were not recorded, where all were wanted.
+        The files that were written, and the trials that were not recorded, or not kept, where all were wanted.
 
     Raises:
         ClearwayError: as for `export`; no trial is wanted, or one that isn't there.
@@ -284,18 +290,24 @@ def export_trials(
     alone = len(wanted) == 1 and not os.path.isdir(out)
     if not alone and os.path.exists(out) and not os.path.isdir(out):
         raise ClearwayError("is a file; several trials go into a folder", file=out)
-    files: list[Path] = []
-    left_out: list[int] = []
-    for done, number in enumerate(wanted):
-        trial = trials.trial(number)
-        if every and not np.isfinite(trial.pose).any():
+    if twice := [n for n, times in Counter(wanted).items() if times > 1]:
+        raise ClearwayError(f"{twice[0]} is named twice", field="trial")
+    left_out, paths = list[int](), dict[int, Path]()
+    for number in wanted:  # before anything is written
+        trial = trials.remains(number) if every else trials.trial(number)
+        if every and (is_outline(trial) or not np.isfinite(trial.pose).any()):
             left_out.append(number)
             continue
-        path = out if alone else out / telling_name(trial, number, to)
+        paths[number] = out if alone else out / telling_name(trial, number, to)
+        if os.path.lexists(paths[number]) and not os.path.isdir(paths[number]):
+            raise ClearwayError("is there already; nothing is overwritten: choose another name", file=paths[number])
+    files: list[Path] = []
+    for done, (number, path) in enumerate(paths.items()):
+        trial = trials.trial(number)
         own = system and replace(system, seed=system.seed + number)
         files += export(trial, to, path, system=own, which=cast(Which, which), scans=scans)
         if progress is not None:
-            progress(done + 1, len(wanted))
+            progress(done + 1, len(paths))
     if not files:
         raise ClearwayError("no trial was recorded: there is nothing to export", file=out)
     return tuple(files), tuple(left_out)

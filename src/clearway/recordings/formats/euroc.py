@@ -91,7 +91,8 @@ def read(path: Path, want: Want) -> Recording:
         raise ClearwayError(f"its columns should be named in a comment as {', '.join(HEADER)}", file=path)
     at = {what: header[i] for what, i in found.items()}
     numbers = [c for what, c in at.items() if what != "t"]
-    stamps, rows = _columns(path, dialect, at["t"], numbers)
+    cut: list[str] = []
+    stamps, rows = _columns(path, dialect, at["t"], numbers, cut)
     epoch = int(stamps[0]) if len(stamps) else None
     t = (stamps - (epoch or 0)) * 1e-9
     if want.span is not None:
@@ -108,13 +109,15 @@ def read(path: Path, want: Want) -> Recording:
     else:
         notes += ("it has no quaternions: no heading",)
     track = Track("pose", "", "", np.ascontiguousarray(t[keep]), position, orientation)
-    return Recording(path, "euroc", tracks={NAME: track}, epoch=None if epoch is None else epoch * 1e-9, notes=notes)
+    return Recording(
+        path, "euroc", tracks={NAME: track}, epoch=None if epoch is None else epoch * 1e-9, notes=(*cut, *notes)
+    )
 
 
-def _columns(path: Path, dialect: Dialect, stamp: str, numbers: list[str]) -> tuple[Any, FloatArray]:
+def _columns(path: Path, dialect: Dialect, stamp: str, numbers: list[str], notes: list[str]) -> tuple[Any, FloatArray]:
     """Stamps (n,) int64 [ns], exact, and the other columns (n, k)."""
     stamps, rows = [np.zeros(0, dtype=np.int64)], [np.zeros((0, len(numbers)))]
-    for piece in pieces(path, dialect, numbers, [stamp]):
+    for piece in pieces(path, dialect, numbers, [stamp], notes):
         if piece[stamp].null_count:
             raise ClearwayError("a line has no stamp", file=path, field=stamp)
         try:

@@ -64,8 +64,9 @@ def read(path: Path, want: Want) -> Recording:
     if want.names is not None and (other := sorted(want.names - {NAME})):
         raise unknown("track", other[0], (NAME,), file=path)
     hints = beside.hints(path, Hints)
-    rows = _numbers(path, 12)
-    t, said = _times(path, hints, len(rows))
+    cut: list[str] = []
+    rows = _numbers(path, 12, cut)
+    t, said = _times(path, hints, len(rows), cut)
     epoch = float(t[0]) if len(t) and abs(t[0]) > EPOCH else None
     t = t - (epoch or 0.0)
     must_be("s", t, rows.reshape(-1, 3, 4)[:, :, 3], "write its times in s", file=path, field="times", said=False)
@@ -90,10 +91,10 @@ def read(path: Path, want: Want) -> Recording:
         position = position @ _CAMERA.as_matrix().T
         said = (*said, 'a camera\'s axes, as KITTI defines them: z ahead became x, -y became up; else say up = "z"')
     track = Track("pose", "", "", np.ascontiguousarray(t), np.ascontiguousarray(position), q)
-    return Recording(path, "kitti", tracks={NAME: track}, epoch=epoch, notes=(*said, *notes), up=hints.up)
+    return Recording(path, "kitti", tracks={NAME: track}, epoch=epoch, notes=(*cut, *said, *notes), up=hints.up)
 
 
-def _times(path: Path, hints: Hints, count: int) -> tuple[FloatArray, tuple[str, ...]]:
+def _times(path: Path, hints: Hints, count: int, cut: list[str]) -> tuple[FloatArray, tuple[str, ...]]:
     """When each pose was taken, s, and where that stands."""
     if hints.rate is not None and hints.times is None:
         return np.arange(count) / hints.rate, (f"{hints.rate:g} poses a second, as stated beside it",)
@@ -111,14 +112,15 @@ def _times(path: Path, hints: Hints, count: int) -> tuple[FloatArray, tuple[str,
             file=path,
             field="times",
         )
-    t = _numbers(file, 1)[:, 0]
+    t = _numbers(file, 1, cut)[:, 0]
     if len(t) != count:
-        raise ClearwayError(f"has {len(t)} times; {path.name} has {count} poses", file=file)
+        said = f" ({'; '.join(cut)})" if cut else ""
+        raise ClearwayError(f"has {len(t)} times; {path.name} has {count} poses{said}", file=file)
     return t, (f"times of {file.name}",)
 
 
-def _numbers(path: Path, width: int) -> FloatArray:
-    """The lines (n, width) of a file of numbers.
+def _numbers(path: Path, width: int, notes: list[str]) -> FloatArray:
+    """The lines (n, width) of a file of numbers; of a last one that was cut off the `notes` are told.
 
     Raises:
         ClearwayError: it can't be read, or a line has other than `width` numbers.
@@ -126,7 +128,7 @@ def _numbers(path: Path, width: int) -> FloatArray:
     dialect = Dialect(" ", encoding=encoding_of(head_of(path)), header="none", missing=("nan", "NaN"))
     names = [str(i + 1) for i in range(width)]
     try:
-        found = pieces(path, dialect, names)
+        found = pieces(path, dialect, names, notes=notes)
         return stacked((np.stack([piece[n] for n in names], axis=1) for piece in found), width)
     except ClearwayError as error:
         raise ClearwayError(f"{error.problem}; a line has {width} numbers", file=path) from error

@@ -202,7 +202,8 @@ def _read(path: Path, want: Want, layout: _Layout, hints: Hints) -> Recording:
         )
     clock, who, x, y = layout.columns
     numbers, ids = [clock, x, y], Codes()
-    parts = pieces(path, layout.dialect, numbers, [who])
+    notes: list[str] = []
+    parts = pieces(path, layout.dialect, numbers, [who], notes)
     rows = stacked((np.column_stack([*(p[n] for n in numbers), ids.of(p[who])]) for p in parts), 4)
     if not len(rows):
         raise ClearwayError("holds no one", file=path)
@@ -217,7 +218,6 @@ def _read(path: Path, want: Want, layout: _Layout, hints: Hints) -> Recording:
     rows = rows[np.lexsort((rows[:, 0], rows[:, 3]))]
     number = rows[:, 3].astype(np.intp)
     rows = rows[:, :3]
-    notes: list[str] = []
     if not hints.units and not layout.units:
         notes.append("x and y were taken as metres; nothing says so")
     if layout.swapped:

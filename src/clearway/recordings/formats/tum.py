@@ -50,7 +50,8 @@ def read(path: Path, want: Want) -> Recording:
     dialect = Dialect(" ", encoding=encoding_of(head_of(path)), header="none", missing=("nan", "NaN"))
     names = [str(i + 1) for i in range(8)]
     unit = want.time or "s"
-    pieces_of = (_in_seconds(piece, SECONDS[unit]) for piece in _rows(path, dialect, names))
+    cut: list[str] = []
+    pieces_of = (_in_seconds(piece, SECONDS[unit]) for piece in _rows(path, dialect, names, cut))
     first = next(pieces_of, np.zeros((0, 8)))
     epoch = float(first[0, 0]) if len(first) and abs(first[0, 0]) > EPOCH else None
     if epoch is not None and epoch > LATEST:
@@ -75,7 +76,7 @@ def read(path: Path, want: Want) -> Recording:
         raise ClearwayError("its last four columns are no unit quaternions: it is no TUM trajectory", file=path)
     orientation, more = orientations(rows[:, 4:], rows[:, 1:4])
     track = Track("pose", "", "", rows[:, 0], np.ascontiguousarray(rows[:, 1:4]), orientation)
-    return Recording(path, "tum", tracks={NAME: track}, epoch=epoch, notes=notes + more)
+    return Recording(path, "tum", tracks={NAME: track}, epoch=epoch, notes=(*cut, *notes, *more))
 
 
 def _in_seconds(piece: FloatArray, seconds: float) -> FloatArray:
@@ -91,9 +92,9 @@ def _within(piece: FloatArray, epoch: float, span: tuple[float, float] | None) -
     return np.asarray(piece[~(piece[:, 0] < span[0]) & ~(piece[:, 0] > span[1])])
 
 
-def _rows(path: Path, dialect: Dialect, names: list[str]) -> Iterator[FloatArray]:
+def _rows(path: Path, dialect: Dialect, names: list[str], notes: list[str]) -> Iterator[FloatArray]:
     try:
-        for piece in pieces(path, dialect, names):
+        for piece in pieces(path, dialect, names, notes=notes):
             yield np.stack([piece[n] for n in names], axis=1)
     except ClearwayError as error:
         raise ClearwayError(

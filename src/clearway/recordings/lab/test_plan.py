@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from clearway.errors import ClearwayError, unknown
+from clearway.errors import ClearwayError, nearest, unknown
 from clearway.geometry.shapes import Shape
 from clearway.quantities import AngleTolerance, Finite, NonNegative, PoseSpec, Positive, Whole
 from clearway.reading.limits import LEGS, OBSTACLES, SCENARIOS
@@ -251,9 +251,19 @@ class TestPlan(Table):
             for field, where, name in self._references()
             if isinstance(name, str) and name not in known[where]
         )
+        wrong += tuple(self._misspelt_legs())
         if wrong:
             raise _Unknown(wrong)
         return self
+
+    def _misspelt_legs(self) -> Iterator[ClearwayError]:
+        """Legs of trials that are none of the plan's, though they have the names of some, or nearly."""
+        known = {leg.name for leg in self.legs}
+        for i, trial in enumerate(self.trials):
+            names = [leg.name for leg in trial.legs]
+            for j, name in enumerate(names):
+                if name not in known and (known & set(names) or nearest(name, known, 0.75)):
+                    yield unknown("leg", name, known, field=f"trial.{i}.legs.{j}.name")
 
     def _references(self) -> list[tuple[str, str, object]]:
         """Every name that stands for something elsewhere in the plan: its field, where that has to be, the name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -20,6 +21,8 @@ NOISY = 0.06
 """m/s; what is faster is motion, however noisy the measurement."""
 TWITCH = 0.005
 """m (turning by ARM rad); what leads no farther doesn't end a rest."""
+NOISE = 0.02
+"""m; nor does what leads four times as far as the pose wanders in the rest, up to this."""
 _BLOCK = 0.3  # s; the quietest blocks show the noise
 _RAMP = 0.3  # s; an onset lies no farther before the speed is seen to rise
 
@@ -124,8 +127,10 @@ def _stretches(t: FloatArray, pose: FloatArray, resting: Any) -> list[tuple[int,
     for first, last in runs:
         if merged and t[first] - t[merged[-1][1]] < 1.0:
             before = merged[-1]
-            between = pose[before[1] : first + 1]
-            if _apart(between, np.median(pose[before[0] : before[1] + 1], axis=0)).max() < TWITCH:
+            rested = pose[before[0] : before[1] + 1]
+            middle = np.median(rested, axis=0)
+            noise = min(4.0 * math.sqrt(np.square(_apart(rested, middle)).mean()), NOISE)
+            if _apart(pose[before[1] : first + 1], middle).max() < max(TWITCH, noise):
                 merged[-1] = before[0], last
                 continue
         merged.append((first, last))

@@ -14,6 +14,7 @@ from clearway.recordings.motion.base import Base
 from clearway.recordings.motion.cleaning import clean
 from clearway.recordings.motion.gaps import known, runs, usual_step
 from clearway.recordings.motion.motion import Motion, MotionSpec, NeverSeen, Quality
+from clearway.recordings.motion.rests import ARM, STILL
 from clearway.recordings.recording import Track
 
 LEANING = math.radians(3)
@@ -21,6 +22,12 @@ LEANING = math.radians(3)
 
 FAST = 50.0
 """Hz; slower tracks are localisation, odometry or annotation: residual analysis has no band of pure noise there."""
+
+SELDOM, BLUNT = 5.0, 0.5
+"""Hz; of fewer samples a second, and below this cut-off, starts and stops would be lost with the noise."""
+
+SLIGHT = STILL / 3
+"""m/s; a standard deviation of speed by which what stands still hardly ever seems to move."""
 
 LEAP = (0.1, 5.0)
 """m, m/s: a step longer than the first and the second times its duration is a jump."""
@@ -61,7 +68,7 @@ def motion_of_track(
 ) -> Motion:
     """How a body moved on the floor, from a track of poses; `base`: where base_link is in the frame of the track's child.
 
-    A track of at least 50 Hz is cleaned as markers are, a slower one only if a cut-off is given. Jumps (a localisation
+    A track of at least 50 Hz is cleaned as markers are, a slower one only if a cut-off is given, or if its noise hides when the robot stands. Jumps (a localisation
     that corrects itself) stay in place, nothing is smoothed across them. A measured twist is the velocity. The
     uncertainty is what the file states; of a body that a capture tracked without stating one, what its noise shows.
 
@@ -107,11 +114,16 @@ def motion_of_track(
     step = usual_step(track.t)
     rate = 1 / step if step else 0.0
     wanted = not isinstance(cleaning.cutoff, str) or rate > 0.99 * FAST  # stamps are rounded
-    if not wanted and cleaning.cutoff == "residual":
-        notes.append(
-            f"not filtered: residual analysis needs at least {FAST:.0f} samples a second, these are {rate:.3g}"
-        )
     raw = _raw_variance(pose)
+    if cleaning.cutoff == "residual":
+        quiet = _quiet(raw[0], rate) if heading == "measured" else None
+        if quiet is not None and not (wanted and quiet >= filtering.LOWEST):
+            notes.append(f"filtered at {quiet:.2g} Hz: its noise looks like motion while the robot stands")
+            cleaning, wanted = cleaning.model_copy(update={"cutoff": quiet}), True
+        elif not wanted:
+            notes.append(
+                f"not filtered: residual analysis needs at least {FAST:.0f} samples a second, these are {rate:.3g}"
+            )
     cleaned = clean(track.t, pose, raw, cleaning, breaks=jumps, wanted=wanted)
     out, velocity = cleaned.pose, cleaned.velocity
     if heading == "travel":
@@ -159,6 +171,19 @@ def _raw_variance(pose: FloatArray) -> FloatArray:
     position = filtering.jitter(pose[there, :2])
     heading = filtering.jitter(pose[there, 2:]) if np.isfinite(pose[there, 2]).all() else math.nan
     return np.broadcast_to(np.square((position, heading)), (len(pose), 2)).copy()
+
+
+def _quiet(variance: FloatArray, rate: float) -> float | None:
+    """The cut-off [Hz] that leaves white noise of that `variance` (2,) a speed that is no motion; None: it shows none as it is, or too seldom
+    is it sampled to tell.
+
+    At a cut-off f noise of sigma a sample has a speed of (2 pi f) sigma (2 f / (3 rate))^(1/2).
+    """
+    noise = float(np.sqrt(variance[0] + np.nan_to_num(ARM**2 * variance[1])))
+    if rate < SELDOM or noise * rate / math.sqrt(2.0) <= SLIGHT:
+        return None
+    wanted = (SLIGHT / (2 * math.pi * noise)) ** (2 / 3) * (1.5 * rate) ** (1 / 3)
+    return float(np.clip(wanted, BLUNT, 0.99 * filtering.highest(rate)))
 
 
 def _sigma(track: Track, left: FloatArray, base: Base | None) -> FloatArray | None:

@@ -234,6 +234,11 @@ const Replay = (() => {
     new ResizeObserver(render).observe($("stage"));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", render);
     window.addEventListener("hashchange", fromAddress);
+    document.addEventListener("click", (event) => {  // a link to the address that is in the bar already changes no hash
+      const link = event.target.closest && event.target.closest('a[href^="#replay-"]');
+      if (link && link.getAttribute("href") === location.hash) fromAddress();
+    });
+    window.addEventListener("load", () => { if (/^#replay-/.test(location.hash)) $("replay").scrollIntoView(); });
     if (!fromAddress() && meta.first !== null) show(meta.first);
   }
 
