@@ -89,6 +89,40 @@ def test_its_progress_ends_with_the_trials_that_it_took(tmp_path: Path, monkeypa
     assert sum(found.trials) < 60
 
 
+def test_what_was_found_is_not_taken_for_another_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def campaign(offer: Offer, value: float, block: Block, *rest: Any) -> Any:
+        return SimpleNamespace(trials=pa.table({"success_slack": [value > 1.0] * block.trials}))
+
+    monkeypatch.setattr(requirement, "_run", campaign)
+    monkeypatch.setattr(requirement, "what_happened", lambda row: "")
+    monkeypatch.chdir(tmp_path)
+    typed = [
+        "requirement",
+        "door",
+        "--reliability",
+        "0.5",
+        "--confidence",
+        "0.6",
+        "--range",
+        "0.6:1.8",
+        "--step",
+        "0.6",
+        "--trials",
+        "60",
+    ]
+    first = CliRunner().invoke(app, [*typed, "--out", "door"])
+    assert first.exit_code == 0, first.output
+    assert f"page: {Path('door') / 'index.html'}" in first.output
+    other = CliRunner().invoke(
+        app, [*typed, "--robot", "hosbot", "--out", "mine"]
+    )  # not what the folder of that name holds
+    assert "HOSBOT with move-base needs a door of 1.2 m" in other.output, other.output
+    told = CliRunner().invoke(app, ["requirement", "./door", "--speed", "0.3"])
+    assert "speed: means nothing for the folder './door'" in told.output + str(told.exception)
+    with pytest.raises(ClearwayError, match="holds another search: TIAGo with move-base needs a door of"):
+        clearway.requirement("door", "hosbot", reliability=0.5, confidence=0.6, out=tmp_path / "door")
+
+
 @pytest.mark.parametrize("name", sorted(OFFERS.addresses()))
 def test_every_offer_makes_a_test_of_every_usual_value(name: str) -> None:
     offer, robot = find_offer(name), load_robot("tiago")

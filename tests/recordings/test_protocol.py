@@ -255,6 +255,14 @@ def test_a_place_is_seen_from_the_line_wherever_it_lies(
     assert line.turned(heading + 0.5) == pytest.approx(math.degrees(0.5), abs=1e-3)
 
 
+def test_the_plan_says_in_which_order_it_stands():
+    chosen = Selection(batches=("SO",), configurations=("single",), speeds=(0.6,), repetitions=2)
+    by_lot, grouped = (skeleton(selection=chosen, drawn=drawn) for drawn in (True, False))
+    assert "Order: every test once before any is repeated, each time in an order drawn by lot" in by_lot
+    assert "a trial that is driven out of turn waits" in by_lot
+    assert "You may\n# drive in another order. The number behind" in grouped
+
+
 def test_words():
     line = Line((0.0, 0.0, 0.0), (5.0, 0.0, 0.0))
     assert line.words((2.215, 0.0)) == "2.215 m from A towards B, on the line"

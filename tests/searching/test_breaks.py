@@ -88,6 +88,20 @@ def test_how_rare_a_break_is_among_all_members(tmp_path, monkeypatch):
     assert f"How rare: {found.rarity}." in first_screen(found.results)["said"].result
 
 
+def test_a_navigator_that_fails_is_no_sign_that_nothing_happens(tmp_path):
+    file, own = tmp_path / "short.toml", tmp_path / "raises.py"
+    file.write_text(EXAMPLE.read_text())
+    own.write_text(
+        "class Raises:\n    def reset(self, task, robot, rng): pass\n    def step(self, observation): raise RuntimeError('boom')\n"
+    )
+    asked = {"trials": 1, "rarity": 500, "out": tmp_path / "out", "shrink": False}
+    found = clearway.find_breaks(file, **(DRIVEN | {"navigator": f"{own}:Raises"}), **asked)
+    assert found.rarity.failed == found.rarity.trials
+    assert f"nothing is known, as the navigator itself failed in all {found.rarity.trials} trials" in str(found)
+    with pytest.raises(ClearwayError, match="holds another search"):
+        clearway.find_breaks(file, **DRIVEN, **asked)
+
+
 def test_no_break_is_told_with_the_least_margin(tmp_path):
     file = tmp_path / "far.toml"
     file.write_text(

@@ -11,9 +11,10 @@ import pyarrow as pa
 import pytest
 
 from clearway.errors import ClearwayError
-from clearway.reports.acceptance import reasons, sentence
+from clearway.reports.acceptance import plan_text, reasons, sentence
 from clearway.statistics import Criteria, Decision, Verdict, judge, load_criteria, outlooks
 from clearway.statistics.acceptance import _by_share
+from clearway.statistics.acceptance_plan import repetitions
 from clearway.statistics.acceptance_trials import in_order
 from clearway.statistics.criteria import criteria_problems
 
@@ -355,3 +356,32 @@ def test_the_plan_says_how_many_trials(tmp_path: Path):
     assert at.accepted == pytest.approx(by_hand)
     with pytest.raises(ClearwayError, match=r"--rate: 99 is no share of trials; 0 to 1 is \(did you mean 0.99\?\)"):
         outlooks(asked(text, tmp_path), rates=(99,))
+
+
+def test_the_most_trials_that_count_reject_what_is_undecided(tmp_path: Path):
+    criteria = asked('confidence = 0.95\nmost = 80\n[[criterion]]\nindicator = "success"\nshare = 0.95\n', tmp_path)
+    (outlook,) = outlooks(criteria, rates=(0.975,))
+    at = next(p for p in outlook.prospects if p.rate == 0.975)
+    assert (at.accepted + at.rejected, at.ninth, outlook.planned) == (pytest.approx(1.0), 80, 80)
+    failing = np.random.default_rng(0).random((120, 80)) > 0.975
+    found = [judge([trials(80, tuple(np.flatnonzero(row).tolist()))], criteria).decision for row in failing]
+    assert np.mean([one is Decision.REJECTED for one in found]) == pytest.approx(at.rejected, abs=0.12)
+
+
+def test_where_no_number_of_trials_decides_there_is_no_plan(tmp_path: Path):
+    criteria = asked(
+        'confidence = 0.95\n[[criterion]]\nindicator = "success"\nshare = 0.95\nexpected = 0.96\n', tmp_path
+    )
+    (outlook,) = outlooks(criteria)
+    assert outlook.planned is None
+    assert "no plan: 1,340 trials don't decide it in nine of ten cases" in plan_text([outlook])
+    with pytest.raises(
+        ClearwayError,
+        match=r"1,340 trials don't decide it in nine of ten cases, if the true share is 0\.96: set `most`",
+    ):
+        repetitions(criteria, [{"batch": "SO"}])
+
+
+def test_what_is_expected_is_a_share(tmp_path: Path):
+    with pytest.raises(ClearwayError, match=r"expected 95 must lie between 0 and 1, both excluded \(did you mean 0\.95"):
+        asked('[[criterion]]\nindicator = "success"\ntrials = 10\nexpected = 95\n', tmp_path)

@@ -14,7 +14,7 @@ from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.errors import ClearwayError, unknown
 from clearway.recordings.protocol.toml_text import toml
 from clearway.reports.causes import what_happened
-from clearway.reports.requirement import JUDGES, Requirement, write_requirement
+from clearway.reports.requirement import JUDGES, NUMBERS, Requirement, read_requirement, write_requirement
 from clearway.reports.requirement_page import write_page
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.check import check_scenario
@@ -79,6 +79,7 @@ def find_requirement(
     (which,), (navigator,) = plan.robots, plan.navigators
     robot, tell = load_robot(which), progress or silent
     values = offer.values(robot, between, step)
+    _refuse_another(out, (offer.name, robot.title or robot.name, navigator, speed))
     failed: list[Counter[str]] = [Counter() for _ in values]
     search = ThresholdSearch(len(values), reliability, confidence, trials)
     for value in (values[0], values[-1]):
@@ -107,6 +108,15 @@ def _run(
     suite, task = _written(offer, value, block.trials, begin, plan, robot, speed, out)
     asked = dataclasses.replace(plan, suites=(str(suite),), robots=(_robot(task, robot, plan, suite.parent),))
     return run_campaign(asked, out / TRIALS / f"{suite.stem}-{block.trials}", workers, resume=True)
+
+
+def _refuse_another(out: Path, asked: tuple[str, str, str, float]) -> None:
+    """Refuse to write over what another search has found."""
+    if not (out / NUMBERS).is_file():
+        return
+    there = read_requirement(out)
+    if (there.offer, there.robot, there.navigator, there.speed) != asked:
+        raise ClearwayError(f"holds another search: {there}; choose another folder", file=out)
 
 
 def _check(offer: Offer, value: float, plan: CampaignPlan, robot: Robot, speed: float, out: Path) -> None:

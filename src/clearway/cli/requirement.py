@@ -11,8 +11,12 @@ import typer
 from clearway.cli import _options
 from clearway.cli._options import Json, tell
 
+_OF_A_FOLDER = ("offer", "map_", "start", "out", "as_json")
+"""What may be said of a folder with a finished search."""
+
 
 def requirement(
+    ctx: typer.Context,
     offer: Annotated[
         str,
         typer.Argument(
@@ -72,12 +76,17 @@ def requirement(
     from clearway.errors import ClearwayError
     from clearway.reports.page import PAGE
     from clearway.reports.requirement import read_requirement
+    from clearway.scenarios.offers import OFFERS
 
     ends = None if between is None else _two(between, ":", "--range", "no range; write it as 0.6:1.2")
     place = None if start is None else _two(start, ",", "--start", "no place; write it as 2.5,0.3")
     if place is not None and map_ is None:
         raise ClearwayError("belongs to --map", field="--start")
-    if os.path.isdir(offer):
+    if offer not in OFFERS.addresses() and os.path.isdir(offer):
+        said = {name: ctx.get_parameter_source(name) for name in ctx.params if name not in _OF_A_FOLDER}
+        given = [name for name, source in said.items() if source is not None and source.name == "COMMANDLINE"]
+        if given:
+            raise ClearwayError(f"means nothing for the folder {offer!r}, whose search is finished", field=given[0])
         found, folder = read_requirement(Path(offer)), Path(offer) if out is None else out
     else:
         folder = free_directory([f"requirement-{offer.rpartition(':')[2]}"]) if out is None else out
@@ -94,7 +103,15 @@ def requirement(
             told |= {"map": shares | {"sentence": str(coloured)}}
         tell(told, indent=2)
     else:
-        typer.echo("\n".join([str(found), *([] if coloured is None else [str(coloured)]), f"page: {folder / PAGE}"]))
+        typer.echo(
+            "\n".join(
+                [
+                    str(found),
+                    *([] if coloured is None else [str(coloured)]),
+                    *([f"page: {folder / PAGE}"] if (folder / PAGE).exists() else []),
+                ]
+            )
+        )
     if not found.met:
         raise typer.Exit(1)
 

@@ -72,7 +72,12 @@ def plan_text(plan: Sequence[Outlook]) -> str:
     lines = []
     for o in plan:
         lines.append(f"{o.demand}{f', {o.group}' if o.group else ''}")
-        lines.append(f"  plan {o.planned:,} trials; {o.least:,} accept if none fails")
+        decided = (
+            f"plan {o.planned:,} trials"
+            if o.planned
+            else f"no plan: {o.most:,} trials don't decide it in nine of ten cases"
+        )
+        lines.append(f"  {decided}; {o.least:,} accept if none fails")
         lines.append(
             f"  {'true share':>10}  {'accepted':>8}  {'rejected':>8}  {'undecided':>9}  {'trials: mean':>12}  {'half':>7}  {'nine of ten':>11}"
         )

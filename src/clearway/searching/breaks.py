@@ -9,7 +9,7 @@ import json
 import math
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ from clearway.scenarios.suite import Selection
 from clearway.scenarios.suites import load_suite
 from clearway.searching.candidates import Bench, Candidate
 from clearway.searching.failures import Failure, failure_named
-from clearway.searching.rarity import FEWEST, Judge, Rarity, rarity
+from clearway.searching.rarity import FEWEST, Rarity, rarity
 from clearway.searching.search import Attempted, FamilySpace, different, search
 from clearway.searching.shrinking import Shrunk, shrunk, unshrunk
 from clearway.searching.strategies import MARGINS, SCREEN, strategy_named
@@ -162,9 +162,11 @@ def find_breaks(
     if rare and rare < FEWEST:
         raise ClearwayError(f"{rare} trials are too few: at least {FEWEST}, or 0 for not asking", field="rarity")
     refuse_results(out / "results")
-    make_folder(out)
+    if (out / SEARCH).exists():
+        raise ClearwayError("holds another search; choose another folder", file=out)
     with pool(processes, out) as work:
         bench, batch = bench_of(plan, sought, work), max(1, processes)
+        make_folder(out)
         usual = SCREEN if sought.touches else MARGINS
         strategy = strategy_named(usual if method is None else method, FamilySpace(bench), batch, plan.seed)
         done = search(bench, strategy, trials, breaks, tell)
@@ -178,7 +180,7 @@ def find_breaks(
             sentence = _sentence(small, family, plan, sought)
             _write_scenario(small.scenario, file, sentence, plan)
             found.append(Break(file, sentence, done.index(one) + 1, small))
-        about = rarity(sought.name, bench.families, _judge(bench), rare, plan.seed, tell) if rare else None
+        about = _rarity(sought, bench, rare, plan.seed, tell) if rare else None
     finite = [a.tried.margin for a in done if math.isfinite(a.tried.margin)]
     everything = Breaks(
         path=out,
@@ -198,13 +200,18 @@ def find_breaks(
     return everything
 
 
-def _judge(bench: Bench) -> Judge:
-    def judge(asked: Sequence[Candidate]) -> list[float | None]:
-        made = [(c.base, bench.scenario(c)) for c in asked]
-        found = iter(bench.run([(base, scenario) for base, scenario in made if scenario is not None]))
-        return [None if scenario is None else next(found).margin for _, scenario in made]
+def _rarity(sought: Failure, bench: Bench, trials: int, seed: int, tell: ProgressCallback) -> Rarity:
+    failed = 0
 
-    return judge
+    def judge(asked: Sequence[Candidate]) -> list[float | None]:
+        nonlocal failed
+        made = [(c.base, bench.scenario(c)) for c in asked]
+        found = bench.run([(base, scenario) for base, scenario in made if scenario is not None])
+        failed += sum(tried.outcome in BROKEN for tried in found)
+        each = iter(found)
+        return [None if scenario is None else next(each).margin for _, scenario in made]
+
+    return replace(rarity(sought.name, bench.families, judge, trials, seed, tell), failed=failed)
 
 
 def bench_of(plan: CampaignPlan, failure: Failure, work: object) -> Bench:

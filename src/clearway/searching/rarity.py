@@ -81,6 +81,7 @@ class Rarity:
         trials: How many it took.
         splitting: Whether by splitting; otherwise by plain sampling.
         plain: About how many trials plain sampling would take for as narrow an interval; None: not to be told, or no more than it took.
+        failed: In how many of them the navigator itself failed, which counts as no failure of this kind.
     """
 
     failure: str
@@ -92,8 +93,17 @@ class Rarity:
     trials: int
     splitting: bool
     plain: int | None
+    failed: int = 0
 
     def __str__(self) -> str:
+        if self.failed >= self.trials:
+            return f"{self.failure}: nothing is known, as the navigator itself failed in all {self.trials:,} trials"
+        besides = (
+            f"; in {self.failed:,} of them the navigator itself failed, which counts as none" if self.failed else ""
+        )
+        return self._said() + besides
+
+    def _said(self) -> str:
         how = "adaptive multilevel splitting" if self.splitting else "plain sampling"
         sure = f"{100 * self.confidence:g} %"
         if self.probability == 0.0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ class Outlook:
         group: Of which trials, in words; empty: all.
         least: How many trials accept if none of them fails.
         most: So many trials are looked ahead to: what the criteria allow at most, or far enough to tell.
-        planned: How many trials decide with 90 % probability at the share that is expected.
+        planned: How many trials decide with 90 % probability at the share that is expected; None: more than `most`.
         prospects: What becomes of it at several true shares, the expected one first.
     """
 
@@ -40,7 +40,7 @@ class Outlook:
     group: str
     least: int
     most: int
-    planned: int
+    planned: int | None
     prospects: tuple[Prospect, ...]
 
 
@@ -70,7 +70,7 @@ def repetitions(criteria: Criteria, tests: Sequence[Mapping[str, Any]]) -> int:
         tests: The labels of each test, once.
 
     Raises:
-        ClearwayError: a criterion is about none of the tests.
+        ClearwayError: a criterion is about none of the tests, or no number of trials is planned for it.
     """
     refuse_strange_groups(criteria, tests)
     told = {name for test in tests for name in test}
@@ -78,6 +78,12 @@ def repetitions(criteria: Criteria, tests: Sequence[Mapping[str, Any]]) -> int:
     for one, outlook in zip(criteria.criterion, outlooks(criteria), strict=True):
         for where in groups(one):
             asked = {name: v for name, v in (criteria.where | where).items() if name in told}
+            if outlook.planned is None:
+                raise ClearwayError(
+                    f"{outlook.most:,} trials don't decide it in nine of ten cases, if the true share is {outlook.prospects[0].rate:g}: set "
+                    "`most`, expect more, or ask for less",
+                    field=outlook.name,
+                )
             most = max(most, math.ceil(outlook.planned / sum(fits(test, asked) for test in tests)))
     return most
 
@@ -99,7 +105,15 @@ def _outlook(one: Criterion, criteria: Criteria, rates: tuple[float, ...]) -> Ou
     limits = (1.0, one.share, max(0.0, 1 - 2 * (1 - one.share)))
     looked = tuple(dict.fromkeys((expected, *(rates or limits))))
     found = tuple(prospect(bounds, rate, most) for rate in looked)
-    return Outlook(**about, least=bounds.least, most=most, planned=found[0].ninth or most, prospects=found)
+    if criteria.most is not None:  # what is undecided then is rejected
+        found = tuple(_ended(one, most) for one in found)
+    return Outlook(**about, least=bounds.least, most=most, planned=found[0].ninth, prospects=found)
+
+
+def _ended(found: Prospect, most: int) -> Prospect:
+    """What becomes of it where `most` trials are the most that count."""
+    median, ninth = (most if n is None else n for n in (found.median, found.ninth))
+    return replace(found, rejected=1.0 - found.accepted, median=median, ninth=ninth)
 
 
 def _counted(trials: int, failures: int, rate: float) -> Prospect:

@@ -351,6 +351,11 @@ def _often(one: Criterion, criteria: Criteria, at: str) -> None:
             + (", not both" if one.share is not None else ""),
             field=at,
         )
+    if one.expected is not None and one.expected != 1:
+        try:
+            checked_probability("expected", one.expected)
+        except ClearwayError as error:
+            raise ClearwayError(error.problem, field=at) from None
     if one.trials is not None:
         if one.failures >= one.trials:
             raise ClearwayError(
@@ -380,8 +385,6 @@ def _often(one: Criterion, criteria: Criteria, at: str) -> None:
         )
     try:
         checked_probability("share", one.share)
-        if one.expected is not None and one.expected != 1:
-            checked_probability("expected", one.expected)
     except ClearwayError as error:
         raise ClearwayError(error.problem, field=at) from None
     if one.expected is not None and one.expected <= one.share:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 from collections import Counter
@@ -56,7 +57,7 @@ def skeleton(
         )
     said = suite.endswith(".toml") or (selection is not None and selection.floor_plan is not None)
     floor = floors[0] if said else None
-    return _Writer(load_robot(robot), robot, chosen, floor, folder or Path(), ticks).text(suite)
+    return _Writer(load_robot(robot), robot, chosen, floor, folder or Path(), ticks, drawn=drawn).text(suite)
 
 
 def parsed(text: str) -> TestPlan:
@@ -94,10 +95,18 @@ class _Writer:
     """Puts a list of scenarios into words and TOML."""
 
     def __init__(
-        self, robot: Robot, name: str, chosen: Sequence[Scenario], floor: str | None, folder: Path, ticks: str | None
+        self,
+        robot: Robot,
+        name: str,
+        chosen: Sequence[Scenario],
+        floor: str | None,
+        folder: Path,
+        ticks: str | None,
+        *,
+        drawn: bool,
     ) -> None:
         self.robot, self.robot_name, self.scenarios, self.floor = robot, name, chosen, floor
-        self.folder, self.ticks = folder, ticks
+        self.folder, self.ticks, self.drawn = folder, ticks, drawn
         first = chosen[0]
         self.line = Line(first.start, first.legs[0].goal)
         self.poses = _named_poses(chosen)
@@ -116,9 +125,10 @@ class _Writer:
         return "\n".join(parts)
 
     def head(self, suite: str) -> str:
-        counts = {"trial": len(self.scenarios), "set-up": len({setup(s) for s in self.scenarios})}
+        counts = {"trial": len(self.scenarios), "set-up": len(list(itertools.groupby(self.scenarios, setup)))}
         trials, setups = (f"{n} {what}{'s' * (n != 1)}" for what, n in counts.items())
-        return _HEAD.format(trials=trials, suite=suite, robot=self.robot.title or self.robot.name, setups=setups)
+        order = (_BY_LOT if self.drawn else _GROUPED).format(setups=setups)
+        return _HEAD.format(trials=trials, suite=suite, robot=self.robot.title or self.robot.name, order=order)
 
     def test(self) -> str:
         tolerances = {leg.tolerances(self.robot.tolerances) for s in self.scenarios for leg in s.legs}
@@ -322,12 +332,19 @@ _HEAD = """\
 # Files are seen from this file's folder. Lengths are metres, angles radians, times seconds.
 # A line that begins with # is a remark; take the # away where you want what stands behind it.
 #
-# Order: batch by batch as in the suite; within a batch all trials among the same obstacles stand together, speeds and
-# repetitions one after another, so that obstacles are carried as rarely as possible ({setups} in all). You may
-# drive in another order. The number behind [[trial]] is the one on the run sheet.
+{order} The number behind [[trial]] is the one on the run sheet.
 #
 # `clearway check` says what is missing or wrong in this file, `clearway score` makes the results of it.
 """
+
+_GROUPED = """\
+# Order: batch by batch as in the suite; within a batch all trials among the same obstacles stand together, speeds and
+# repetitions one after another, so that obstacles are carried as rarely as possible ({setups} in all). You may
+# drive in another order."""
+
+_BY_LOT = """\
+# Order: every test once before any is repeated, each time in an order drawn by lot ({setups} in all), so that a verdict may be
+# asked for after every trial. Keep it: a trial that is driven out of turn waits for those before it."""
 
 _CONDITIONS = """\
 # What the report has to say about the tests. A trial may have these fields too, where it differs.
