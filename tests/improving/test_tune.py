@@ -202,13 +202,16 @@ def test_a_robots_file_is_kept_and_has_a_preset_that_says_on_what_it_was_tuned(t
 def test_in_yaml_only_the_values_change(tmp_path: Path) -> None:
     file = tmp_path / "nav2.yaml"
     file.write_text(
-        "controller_server:\n  ros__parameters:\n    # how fast\n    FollowPath:\n      vx_max: 0.5  # m/s\n      batch: 1000\n"
+        "controller_server:\n  ros__parameters:\n    # how fast\n    FollowPath:\n      vx_max: 0.5  # m/s\n      batch: 1000\n      tiny: 1e-3\n"
         "other:\n  ros__parameters: {a: 1, b.c: x}\n"
     )
     text = changed(file, {"controller_server.FollowPath.vx_max": 0.7, "other.b.c": "y"}, "# head")
     assert text == "# head\n" + file.read_text().replace("0.5", "0.7").replace("b.c: x", 'b.c: "y"')
     settings = InYaml("turtlebot", f"nav2[params={file}]")
     assert settings.before(["controller_server.FollowPath.batch"]) == {"controller_server.FollowPath.batch": 1000}
+    assert settings.before(["controller_server.FollowPath.tiny"]) == {
+        "controller_server.FollowPath.tiny": 0.001
+    }  # as rcl reads it
     with pytest.raises(ClearwayError, match=r"did you mean 'controller_server\.FollowPath\.vx_max'"):
         settings.before(["controller_server.FollowPath.vxmax"])
     said = TunedOn("barn", note="vx_max")

@@ -383,5 +383,7 @@ def test_where_no_number_of_trials_decides_there_is_no_plan(tmp_path: Path):
 
 
 def test_what_is_expected_is_a_share(tmp_path: Path):
-    with pytest.raises(ClearwayError, match=r"expected 95 must lie between 0 and 1, both excluded \(did you mean 0\.95"):
+    with pytest.raises(
+        ClearwayError, match=r"expected 95 must lie between 0 and 1, both excluded \(did you mean 0\.95"
+    ):
         asked('[[criterion]]\nindicator = "success"\ntrials = 10\nexpected = 95\n', tmp_path)

@@ -23,4 +23,4 @@ def samples(
         tell({"reliability": reliability, "confidence": confidence, "failures": failures, "trials": n})
     else:
         allowed = "none of them failing" if failures == 0 else f"at most {failures} of them failing"
-        typer.echo(f"{n} trials, {allowed}, show a reliability of {reliability:g} at {confidence:g} confidence")
+        typer.echo(f"{n} trials, {allowed}, show a reliability of {reliability:.15g} at {confidence:.15g} confidence")

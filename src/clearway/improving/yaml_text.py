@@ -11,6 +11,7 @@ import yaml
 
 from clearway.errors import ClearwayError, unknown
 from clearway.navigators.nav2.parameters.file import PARAMETERS
+from clearway.reading import ros_word
 from clearway.reading.limits import ROS_PARAMETERS
 
 
@@ -34,7 +35,7 @@ def scalars(path: Path) -> dict[str, list[Any]]:
 
 def value_of(node: Any) -> Any:
     """What a plain value is in Python."""
-    return yaml.safe_load(node.value) if node.style is None else node.value
+    return ros_word(node.value) if node.style is None else node.value
 
 
 def only(found: Mapping[str, list[Any]], name: str, file: object) -> Any:

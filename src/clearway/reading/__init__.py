@@ -6,7 +6,7 @@ from clearway.reading.json_files import read_json
 from clearway.reading.pgm import Image, read_pgm
 from clearway.reading.png import read_png
 from clearway.reading.toml_files import parse_toml, read_toml
-from clearway.reading.yaml_files import read_ros_yaml, read_yaml
+from clearway.reading.yaml_files import read_ros_yaml, read_yaml, ros_word
 
 __all__ = [
     "Image",
@@ -20,5 +20,6 @@ __all__ = [
     "read_ros_yaml",
     "read_toml",
     "read_yaml",
+    "ros_word",
     "take",
 ]

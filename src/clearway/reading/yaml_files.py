@@ -41,6 +41,11 @@ def read_ros_yaml(path: str | Path) -> Any:
     return _read(Path(path), limits.ROS_PARAMETERS, _RosLoader, True)
 
 
+def ros_word(word: str) -> Any:
+    """What a word without quotes is in a file of ROS parameters, as `read_ros_yaml` has it."""
+    return yaml.load(word, Loader=_RosLoader)
+
+
 def _read(path: Path, most: int, loader: type[_PlainLoader], texts: bool) -> Any:
     raw = read_bytes(path, most)
     try:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from scipy import special
 
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown
 from clearway.statistics.proportions import checked_probability
 
 MOST = 10_000_000
@@ -56,6 +56,6 @@ def reliability_shown(trials: int, failures: int, confidence: float) -> float:
 
 
 def _failures(failures: int) -> int:
-    if failures < 0 or failures != int(failures):
-        raise ClearwayError(f"failures {failures} must be a whole number, at least 0")
+    if not 0 <= failures <= MOST or failures != int(failures):
+        raise ClearwayError(f"failures {shown(str(failures))} must be a whole number, 0 to {MOST:,}")
     return int(failures)
