@@ -236,6 +236,17 @@ def test_an_objective_is_sorted_by_constraints_first_and_then_in_its_order() -> 
     assert objective.score(near).excess == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("asked", [["minimise CT"], ["minimise CT", "maximise success"]])
+def test_nothing_gains_by_failing_what_is_hard(asked: list[str]) -> None:
+    objective = read_objective(asked, [], "t")
+    assert [str(goal) for goal in objective.goals] == ["maximise success", "minimise CT"]
+    assert objective.indicators == ("success", "CT")
+    every: list[Answers] = [{"success": 1.0, "CT": 10.0}, {"success": 1.0, "CT": 30.0}]
+    easy: list[Answers] = [{"success": 1.0, "CT": 9.0}, {"success": 0.0, "CT": None}]
+    assert objective.score(every).order < objective.score(easy).order
+    assert not objective.dominated(objective.score(every), objective.score(easy))
+
+
 @pytest.mark.parametrize("method", ["cma", "halving"])
 def test_a_search_finds_a_known_optimum_among_noise_within_its_budget(method: Any) -> None:
     if method == "cma":

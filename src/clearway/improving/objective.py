@@ -15,6 +15,8 @@ from clearway.indicators import INDICATORS
 Answers = Mapping[str, float | None]
 """What a trial's indicators are; None: not computable."""
 
+SUCCESS = "success"
+
 FAILED = "navigator failed"
 """Among a trial's answers: 1 where the navigator raised, hung or could not be made."""
 
@@ -88,7 +90,7 @@ class Objective:
     """What is better.
 
     Attributes:
-        goals: The most important first; the next counts where those before it are equal.
+        goals: The most important first; the next counts where those before it are equal. Success is the first in any case.
         limits: What has to hold; parameters that break fewer of it are better, whatever the goals say.
     """
 
@@ -122,6 +124,9 @@ def together(answers: Sequence[Answers], indicator: str, over: str = "mean") -> 
 def read_objective(goals: Sequence[str], limits: Sequence[str], file: str) -> Objective:
     """Read goals such as `maximise success` and constraints such as `min MDO >= 0.05`.
 
+    Success comes first, named or not: other indicators may be computable of successes alone, and their means would gain by
+    failing what is hard.
+
     Raises:
         ClearwayError: one is none, or names no indicator.
     """
@@ -137,7 +142,8 @@ def read_objective(goals: Sequence[str], limits: Sequence[str], file: str) -> Ob
         with noted(wrong):
             kept.append(_limit(text, file))
     refuse(wrong)
-    return Objective(tuple(read), tuple(kept))
+    others = (goal for goal in read if goal.indicator != SUCCESS)
+    return Objective((Goal(SUCCESS, -1), *others), tuple(kept))
 
 
 def _goal(text: str, file: str) -> Goal:

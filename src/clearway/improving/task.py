@@ -141,7 +141,7 @@ class Task:
         navigator: The navigator, as `clearway run` takes it.
         robot: The robot, likewise.
         variables: What is tuned.
-        objective: `maximise NAME` or `minimise NAME`, the most important first.
+        objective: `maximise NAME` or `minimise NAME`, the most important first; success comes before them, named or not.
         constraints: As in `min MDO >= 0.05`.
         training: The campaign of all training trials, with the parameters that came in.
         held_out: That of the held-out trials.

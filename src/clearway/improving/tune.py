@@ -16,7 +16,7 @@ from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.pool import pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.errors import ClearwayError
-from clearway.improving.objective import Limit, Objective, together
+from clearway.improving.objective import SUCCESS, Limit, Objective, together
 from clearway.improving.page import write_page
 from clearway.improving.preparing import Prepared, check_ends, prepared
 from clearway.improving.search import Candidate, Record, best
@@ -30,8 +30,6 @@ from clearway.scenarios.suites import load_suite
 from clearway.statistics import Comparison, compare
 from clearway.trials.store import Results, refuse_results
 from clearway.tuning import TunedOn
-
-SUCCESS = "success"
 
 
 def tune(
