@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from typer.testing import CliRunner
 
@@ -20,12 +21,12 @@ from clearway.improving.search import Record, Values, best, refuse_little
 from clearway.improving.settings import InRobotFile, InYaml, with_options
 from clearway.improving.task import Search, Task, Variable, read_task
 from clearway.improving.trials import refuse_overlap
-from clearway.improving.tune import tune
+from clearway.improving.tune import _gain, tune
 from clearway.improving.tuning import Gain, Tuning, doubts
 from clearway.improving.yaml_text import changed
 from clearway.robots import load_robot
 from clearway.statistics import Comparison
-from clearway.trials.store import open_results
+from clearway.trials.store import Results, open_results
 from clearway.tuning import TunedOn
 
 TASK = """
@@ -291,6 +292,16 @@ def test_a_gain_of_what_no_trial_had_is_told_in_words() -> None:
     assert str(Gain("CT", "s", 17.2, nan, nan, nan, nan, 0)).startswith("CT: 17.2 -> none, no pair")
     assert str(Gain("CT", "s", 20.0, 17.2, -2.8, -4.0, -1.6, 1)) == (
         "CT: 20 -> 17.2 s, paired difference -2.8 [-4, -1.6]; better, shown"
+    )
+
+
+def test_a_gain_without_an_interval_is_not_shown() -> None:
+    row = {"batch": None, "indicator": "CT", "mean_difference": -1.233, "boot_low": None, "boot_high": None}
+    found = SimpleNamespace(differences=pa.Table.from_pylist([row | {"p_holm": 0.03}]))
+    sides = (SimpleNamespace(trials=pa.table({"CT": [ct] * 6})) for ct in (20.0, 18.767))
+    gain = _gain("CT", 1, cast(Comparison, found), *(cast(Results, side) for side in sides))
+    assert str(gain) == (
+        "CT: 20 -> 18.77 s, paired difference -1.233, no interval: fewer than 8 pairs; no difference is shown"
     )
 
 

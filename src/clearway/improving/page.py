@@ -88,8 +88,8 @@ def _gains(found: Tuning) -> Grid:
         rows.append([limit, _number(was), _number(now), NONE, "holds" if holds else Cell("broken", strong=True)])
     heads: Heads = [text("on the held-out tests"), "before", "after", "paired difference", text("shown")]
     return grid(
-        "Means over the trials that have a value, and the difference over pairs of which both have one, with its 95 % interval: of "
-        "success by McNemar's test, of all others by Wilcoxon's with Holm's correction.",
+        "Means over the trials that have a value, and the difference over pairs of which both have one, with its 95 % interval where there "
+        "are pairs enough for one: of success by McNemar's test, of all others by Wilcoxon's with Holm's correction.",
         heads, rows,
     )  # fmt: skip
 

@@ -128,7 +128,7 @@ def _gain(indicator: str, sign: int, found: Comparison, first: Results, second: 
         return Gain(indicator, unit, was, now, math.nan, math.nan, math.nan, 0)
     row = rows[0]
     low, high = (math.nan if row[end] is None else row[end] for end in ("boot_low", "boot_high"))
-    shown_at_all = row["p_holm"] is not None and row["p_holm"] <= 0.05 and not low <= 0.0 <= high
+    shown_at_all = row["p_holm"] is not None and row["p_holm"] <= 0.05 and (low > 0.0 or high < 0.0)
     verdict = 0 if not shown_at_all else (-sign if row["mean_difference"] > 0 else sign)
     return Gain(indicator, unit, was, now, row["mean_difference"], low, high, verdict)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from clearway.errors import shown
 from clearway.improving.search import Candidate
-from clearway.statistics import Comparison
+from clearway.statistics import FEWEST_RESAMPLED, Comparison
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Gain:
         before: Its mean with the parameters that came in; nan: never computable.
         after: With those that were found.
         difference: Of the pairs, after - before: the mean, of success the difference of the rates; nan: no pairs.
-        low: Lower end of its 95 % interval.
+        low: Lower end of its 95 % interval; nan: too few pairs for one.
         high: Upper end.
         verdict: 1: shown to be better, -1: shown to be worse, 0: neither is shown.
     """
@@ -42,7 +42,11 @@ class Gain:
         said = {1: "better, shown", -1: "WORSE, shown", 0: "no difference is shown"}[self.verdict]
         was, now = ("none" if math.isnan(mean) else f"{mean:.4g}" for mean in (self.before, self.after))
         unit = f" {self.unit}" if self.unit and not math.isnan(self.after) else ""
-        pairs = f"paired difference {self.difference:+.4g} [{self.low:+.4g}, {self.high:+.4g}]"
+        known = not math.isnan(self.low) and not math.isnan(self.high)
+        span = (
+            f" [{self.low:+.4g}, {self.high:+.4g}]" if known else f", no interval: fewer than {FEWEST_RESAMPLED} pairs"
+        )
+        pairs = f"paired difference {self.difference:+.4g}{span}"
         if math.isnan(self.difference):
             pairs = "no pair of which both have one"
         return f"{self.indicator}: {was} -> {now}{unit}, {pairs}; {said}"
