@@ -105,6 +105,16 @@ def test_seeds_that_overlap_are_refused(tmp_path: Path, new: str, said: str) -> 
         tune(_written(tmp_path, 'seeds = "4:8"', new, DRAWN), tmp_path / "out", workers=0)
 
 
+@pytest.mark.parametrize("there", ["before", "candidates.csv", "index.html", "hosbot-tuned.toml"])
+def test_a_folder_with_what_would_be_written_is_refused_before_anything_runs(tmp_path: Path, there: str) -> None:
+    taken = tmp_path / "out" / there
+    taken.mkdir(parents=True)
+    with pytest.raises(ClearwayError, match="is already there, and a tuning overwrites nothing") as error:
+        tune(_written(tmp_path), tmp_path / "out", workers=0)
+    assert error.value.file == str(taken)
+    assert list((tmp_path / "out").iterdir()) == [taken]
+
+
 def test_check_knows_a_task_and_says_what_tune_would(tmp_path: Path) -> None:
     said = CliRunner().invoke(app, ["check", str(_written(tmp_path))])
     assert (said.exit_code, "DWAPlannerROS.sim_time is 1.7" in said.output) == (0, True), said.output

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,7 +18,7 @@ from clearway.campaigns.pool import pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.errors import ClearwayError
 from clearway.improving.objective import SUCCESS, Limit, Objective, together
-from clearway.improving.page import write_page
+from clearway.improving.page import FRONT, write_page
 from clearway.improving.preparing import Prepared, check_ends, prepared
 from clearway.improving.search import Candidate, Record, best
 from clearway.improving.task import Task, read_task
@@ -26,10 +27,14 @@ from clearway.improving.tuning import Gain, Tuning, doubts
 from clearway.indicators import INDICATORS
 from clearway.placing import make_folder
 from clearway.reports.comparison_page import write_comparison
+from clearway.reports.page import PAGE
 from clearway.scenarios.suites import load_suite
 from clearway.statistics import Comparison, compare
 from clearway.trials.store import Results, refuse_results
 from clearway.tuning import TunedOn
+
+CANDIDATES, BEST, BEFORE, AFTER, COMPARISON = "candidates.csv", "front.csv", "before", "after", "comparison"
+"""What lies in a tuning's folder, beside its page, its figure and the parameters that were found."""
 
 
 def tune(
@@ -49,12 +54,13 @@ def tune(
 
     Raises:
         ClearwayError: something in the task is wrong, before anything runs; or an indicator of the objective can't be computed of
-            any of the first trials.
+            any of the first trials; or `out` already holds what would be written.
     """
-    ready = prepared(task if isinstance(task, Task) else read_task(task))
+    task = task if isinstance(task, Task) else read_task(task)
+    _refuse_taken(out, task)
+    ready = prepared(task)
     asked, objective, groups = ready.asked, ready.objective, ready.groups
     tell, processes = progress or silent, workers_of(workers, least=0)
-    refuse_results(out)
     with tempfile.TemporaryDirectory(prefix="clearway-tune-") as scratch, pool(processes, out) as work:
         folder = Path(scratch)
         known = check_plan(asked.training, asked.training.specs(), work)
@@ -78,8 +84,8 @@ def _result(
     every = record.candidates()
     whole = [c for c in every if c.score.trials == trials]
     front = tuple(c for c in whole if not any(objective.dominated(c.score, o.score) for o in whole))
-    _write_table(out / "candidates.csv", objective, every)
-    _write_table(out / "front.csv", objective, front)
+    _write_table(out / CANDIDATES, objective, every)
+    _write_table(out / BEST, objective, front)
     warnings = []
     if ready.same_places:
         warnings.append("the held-out trials are in places of training; only noise and timing are others")
@@ -92,15 +98,14 @@ def _result(
         )  # fmt: skip
     if math.isinf(scores[ranked[0]].excess) or scores[ranked[0]].excess > 0:
         warnings.append("the constraints are not all kept, even in training")
-    source = Path(asked.robot.removesuffix(".toml").partition(":")[0]).name.removesuffix(".toml")
-    written = ready.settings.write(chosen, out, f"{source}-tuned", [_tuned_on(asked)])
+    written = ready.settings.write(chosen, out, _called(asked), [_tuned_on(asked)])
     tell(len(record.answers), asked.search.trials, "held-out trials")
-    first = run_campaign(asked.held_out, out / "before", workers)
+    first = run_campaign(asked.held_out, out / BEFORE, workers)
     tuned = replace(asked.held_out, robots=(written.robot,), navigators=(written.navigator,))
-    second = run_campaign(tuned, out / "after", workers)
+    second = run_campaign(tuned, out / AFTER, workers)
     names = [n for n in objective.indicators if n != SUCCESS] or ["CT"]
     found = compare(first.trials, second.trials, names=("before", "after"), indicators=names)
-    write_comparison([found], out / "comparison")
+    write_comparison([found], out / COMPARISON)
     gains = tuple(_gain(goal.indicator, goal.sign, found, first, second) for goal in objective.goals)
     limits = []
     for limit in objective.limits:
@@ -111,6 +116,29 @@ def _result(
         out, written.files[0] if written.files else None, written.robot, written.navigator, before, chosen, len(record.answers),
         front, gains, tuple(limits), found, tuple(warnings),
     )  # fmt: skip
+
+
+def _called(asked: Task) -> str:
+    """What the file of the parameters that are found is called, without its suffix."""
+    return f"{Path(asked.robot.removesuffix('.toml').partition(':')[0]).name.removesuffix('.toml')}-tuned"
+
+
+def _refuse_taken(out: Path, asked: Task) -> None:
+    """Complain of a folder with anything in it that would be written: at its end a tuning would lose what it ran for.
+
+    Raises:
+        ClearwayError: there is something.
+    """
+    refuse_results(out)
+    names = {CANDIDATES, BEST, FRONT, PAGE, BEFORE, AFTER, COMPARISON}
+    mine = re.compile(
+        rf"{re.escape(_called(asked))}(-\d+)?(\.\w+)?"
+    )  # YAML files have their own suffix, and a number each
+    for path in sorted(out.iterdir()) if out.is_dir() else ():
+        if path.name in names or mine.fullmatch(path.name):
+            raise ClearwayError(
+                "is already there, and a tuning overwrites nothing; choose another directory", file=path
+            )
 
 
 def _gain(indicator: str, sign: int, found: Comparison, first: Results, second: Results) -> Gain:
