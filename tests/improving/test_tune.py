@@ -78,6 +78,8 @@ def _written(folder: Path, old: str = "", new: str = "", task: str = TASK) -> Pa
         ("[1.0, 3.5]", "3", "is no range"),
         ("maximise success", "maximise sucess", "did you mean 'success'?"),
         ("maximise success", "more success", "is no objective"),
+        ("minimise CT", "maximise CT", "'maximise CT' is upside down: CT is the better the lower; write 'minimise CT'"),
+        ("maximise success", "minimise success", "success is the better the higher; write 'maximise success'"),
         ("min MDO >= 0.02", "success >= 1.2", "can never hold"),
         ("sim_time", "simtime", "did you mean 'sim_time'?"),
         ("[1.0, 3.5]", "[-1.0, 3.5]", "-1.0 is refused"),

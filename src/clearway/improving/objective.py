@@ -151,7 +151,13 @@ def _goal(text: str, file: str) -> Goal:
         raise ClearwayError(
             f"{shown(text)} is no objective; 'maximise success' and 'minimise CT' are", file=file, field="objective"
         )
-    return Goal(_known(match[2], file, "objective"), 1 if match[1] == "minimise" else -1)
+    name, more = _known(match[2], file, "objective"), match[1] == "maximise"
+    if (indicator := INDICATORS[name]).upside_down(more):
+        raise ClearwayError(
+            f"{shown(text)} is upside down: {name} is the better the {indicator.better}; write '{'minimise' if more else 'maximise'} {name}'",
+            file=file, field="objective",
+        )  # fmt: skip
+    return Goal(name, -1 if more else 1)
 
 
 def _limit(text: str, file: str) -> Limit:

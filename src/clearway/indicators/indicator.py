@@ -61,6 +61,10 @@ class Indicator:
         """The least and the most that a value can be."""
         return -math.inf if self.signed else 0.0, 100.0 if self.unit == "%" else math.inf
 
+    def upside_down(self, more: bool) -> bool:
+        """Whether it is worse to have more of it; or, if not `more`, less."""
+        return self.better == ("lower" if more else "higher")
+
 
 def measure(function: Callable[[Trial], float]) -> Measure:
     """Turn a function that raises `NotComputable` into one that answers with a `Value`."""

@@ -328,13 +328,13 @@ def _limit(one: Criterion, at: str) -> None:
         return
     of = f" {indicator.unit}" if indicator.unit else ""
     least, greatest = indicator.bounds
-    wrong = {"higher": one.at_least is None, "lower": one.at_most is None}.get(indicator.better, False)
-    if wrong:
-        field, other = ("at_most", "at_least") if indicator.better == "higher" else ("at_least", "at_most")
-        raise ClearwayError(
-            f"the limit is upside down: {name} is the better the {indicator.better}; write {other} = {getattr(one, field):g}",
-            field=f"{at}.{field}",
-        )
+    if len(given) == 1:
+        [field], [other] = given, set(allowed) - set(given)
+        if indicator.upside_down(field == "at_least"):
+            raise ClearwayError(
+                f"the limit is upside down: {name} is the better the {indicator.better}; write {other} = {getattr(one, field):g}",
+                field=f"{at}.{field}",
+            )
     if high < least or low > greatest:
         field = "at_most" if high < least else "at_least"
         ends = f"never less than {least:g}{of}" if high < least else f"never more than {greatest:g}{of}"
