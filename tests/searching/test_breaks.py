@@ -141,3 +141,7 @@ def test_a_limit_is_read_as_it_is_written():
     assert failure_named("contact  while moving").unit == "m"
     with pytest.raises(ClearwayError, match="no number"):
         failure_named("MDO<1.2.3")
+    with pytest.raises(ClearwayError, match="CT is the better the lower: write 'CT>60'"):
+        failure_named("CT<60")
+    with pytest.raises(ClearwayError, match="no trial can fail so: success lies from 0"):
+        failure_named("success<0")

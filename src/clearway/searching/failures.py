@@ -99,6 +99,13 @@ def failure_named(text: str) -> Failure:
         value = float(number)
     except ValueError:
         raise ClearwayError(f"{number!r} is no number; as in 'MDO<0.1'", field="failure") from None
+    indicator = INDICATORS[name]
+    if indicator.upside_down(sign == "<"):
+        other = f"{name}{'>' if sign == '<' else '<'}{value:g}"
+        raise ClearwayError(f"{name} is the better the {indicator.better}: write {other!r}", field="failure")
+    least, greatest = indicator.bounds
+    if value <= least if sign == "<" else value >= greatest:
+        raise ClearwayError(f"no trial can fail so: {name} lies from {least:g} to {greatest:g}", field="failure")
     return Failure(f"{name}{sign}{value:g}", INDICATORS[name].unit, name, value, sign == ">")
 
 
