@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 from typing import Any
@@ -41,9 +42,10 @@ def straight(
 
 def write(
     out: Path, source: str, times: dict[str, list[float]], off: float = 0.05, robots: dict[str, Any] | None = None,
-    legs: Sequence[str] = (),
+    legs: Sequence[str] = (), **attempted: Any,
 ) -> Path:  # fmt: skip
     trials = [straight(source, c, k + 1, s, off, legs) for c, every in times.items() for k, s in enumerate(every)]
+    trials = [replace(trial, attempt=replace(trial.attempt, **attempted)) for trial in trials]
     with TrialStore(out, {"clearway": "test", "robots": robots or {}}, len(trials), row_schema()) as store:
         for i, trial in enumerate(trials):
             write_partial(store.partial, store.key, i, trial, score_row(trial))
@@ -129,8 +131,11 @@ def test_simulations_are_still_paired_test_by_test(clearway: Shell, sim: Path, t
     other = write(tmp_path / "other", "simulated", {"line": [11.0] * 3, "ramp": [13.0] * 3})
     [found] = json.loads(clearway("compare", sim, other, "--json").out)
     tuned = {"tuned_a", "tuned_b"}
-    assert set(found) == {"a", "b", "other_robots", "pairs", "only_a", "only_b", "differences", "success"} | tuned
-    assert found["pairs"] == 6
+    assert (
+        set(found)
+        == {"a", "b", "other_robots", "pairs", "differ_in", "only_a", "only_b", "differences", "success"} | tuned
+    )
+    assert (found["pairs"], found["differ_in"]) == (6, [])
     assert "rep_low" not in found["differences"][0]
 
 
@@ -149,3 +154,18 @@ def test_robots_of_one_name_that_are_not_the_same_are_told(clearway: Shell, tmp_
     told = "Not the same robot in both: tiago.drive.v_max is 1.0 and 0.9."
     assert told in clearway("compare", one, two).out
     assert json.loads(clearway("compare", one, two, "--json").out)[0]["other_robots"] == [told]
+
+
+def test_pairs_under_other_circumstances_are_told(clearway: Shell, tmp_path: Path) -> None:
+    times = {"line": [10.0] * 2}
+    one = write(tmp_path / "one", "simulated", times, localisation="truth", seed=0, tracking="", floor_plan="hall")
+    two = write(
+        tmp_path / "two", "simulated", times, localisation="odometry", seed=1, tracking="kalman", floor_plan="hall"
+    )
+    told = ["seed (0, 1)", "localisation (truth, odometry)"]  # who asks for no tracking is no other test
+    said = clearway("compare", one, two, "--out", tmp_path / "page").out
+    assert "the pairs differ in seed (0, 1) and in localisation (truth, odometry)" in said
+    assert "the pairs differ in seed (0, 1) and in localisation" in (tmp_path / "page" / "index.html").read_text(
+        "utf-8"
+    )
+    assert json.loads(clearway("compare", one, two, "--json").out)[0]["differ_in"] == told

@@ -75,6 +75,6 @@ def compare(
             how |= {"repetitions_a": asdict(c.repetitions_a), "repetitions_b": asdict(c.repetitions_b)}
             how |= {"legs_by_motion_a": c.by_motion_a, "legs_by_motion_b": c.by_motion_b}
         else:
-            how = {"pairs": c.pairs}
+            how = {"pairs": c.pairs, "differ_in": list(c.differ_in)}
         whole.append({"a": c.a, "b": c.b, "other_robots": others[c.a, c.b]} | how | without | rows)
     tell(whole, indent=2)

@@ -16,7 +16,7 @@ from clearway.errors import ClearwayError
 from clearway.reports import head_to_head, sharing, theme
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, counted, grid, num, p_value, span, text
 from clearway.reports.page import PAGE, page_of
-from clearway.reports.side_by_side import Found, mark, repetitions, taken_otherwise, uncertainty
+from clearway.reports.side_by_side import Found, mark, repetitions, taken_otherwise, uncertainty, unlike
 from clearway.reports.summary import Summary
 from clearway.statistics import FEWEST_RESAMPLED, Comparison, ConfigurationComparison, holm
 
@@ -92,6 +92,7 @@ def summary(found: Sequence[Found]) -> Summary:
         doubts += dict.fromkeys(said for pair in matched for said in repetitions(pair))
     if any(map(taken_otherwise, found)):
         doubts.append("part of the difference in the times, marked *, is how they were taken")
+    doubts += dict.fromkeys(said for pair in found if (said := unlike(pair)))
     if alike := sharing.repeated(found):
         doubts.append(alike.strip(" ."))
     if left := sum(pair.only_a + pair.only_b for pair in found):

@@ -102,3 +102,9 @@ def uncertainty(row: Mapping[str, Any]) -> float | None:
     """How far off both means of a row may be together (k = 2); None where that is unknown or nothing was measured."""
     a, b = row.get("u_a"), row.get("u_b")
     return None if a is None or b is None else math.hypot(a, b) or None
+
+
+def unlike(found: Found) -> str:
+    """In what else than the systems the two trials of pairs differ, in words; empty if in nothing, or if there are no pairs."""
+    differ = found.differ_in if isinstance(found, Comparison) else ()
+    return f"the pairs differ in {' and in '.join(differ)}" if differ else ""

@@ -16,7 +16,7 @@ from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid, rate, rate_ends
 from clearway.reports.published import published
-from clearway.reports.side_by_side import mark, repetitions, taken_otherwise, uncertainty
+from clearway.reports.side_by_side import mark, repetitions, taken_otherwise, uncertainty, unlike
 from clearway.statistics import (
     FEWEST,
     FEWEST_RESAMPLED,
@@ -252,7 +252,8 @@ def _paired(found: Comparison) -> str:
     )
     shared = [said.strip() for said in (sharing.of_pairs([found]), sharing.repeated([found])) if said]
     table = [columns(heads, rows), *few, _EFFECT.format(found.b)] if rows else [_NO_VALUES]
-    return "\n".join([*lines, *doubt, *shared, *table])
+    apart = [said] if (said := unlike(found)) else []
+    return "\n".join([*lines, *doubt, *shared, *table, *apart])
 
 
 def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

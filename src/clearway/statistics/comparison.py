@@ -8,7 +8,7 @@ robots, two with one navigator each across navigators.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,8 @@ from clearway.statistics.proportions import PairedSuccess, paired_success
 from clearway.statistics.signed_rank import signed_rank
 
 _LABELS = ("batch", "configuration", "speed", "obstacle_speed", "size", "gap", "repetition")
+_CIRCUMSTANCES = ("seed", "floor_plan", "localisation", "tracking")
+"""What may make the two trials of a pair other tests than their name says."""
 
 _DIFFERENCES = schema(
     batch=str, indicator=str, unit=str, better=str, n=int, dropped=int, mean_a=float, mean_b=float,
@@ -56,6 +58,7 @@ class Comparison:
         together: How many of the pairs share a simulation with another one (of several robots), and are not independent of it.
         tests: How many different tests the pairs are of, repetitions not counted.
         confidence: Of the intervals.
+        differ_in: In which circumstances the trials of pairs differ: `localisation (truth, odometry)`, A's before B's; empty: in none.
     """
 
     a: str
@@ -69,6 +72,7 @@ class Comparison:
     together: int = 0
     tests: int = 0
     confidence: float = 0.95
+    differ_in: tuple[str, ...] = ()
 
     @property
     def doubtful(self) -> bool:
@@ -107,7 +111,8 @@ def compare(
     without = len(first) - len(shared), len(second) - len(shared)
     tests = len(groups(left, [c for c in (*keys, *_LABELS) if c not in ("scenario", "repetition")]))
     return Comparison(
-        *names, len(shared), *without, findings(rows, _DIFFERENCES), success, own, _together(left, right), tests, confidence
+        *names, len(shared), *without, findings(rows, _DIFFERENCES), success, own, _together(left, right), tests, confidence,
+        tuple(_differ_in(left, right)),
     )  # fmt: skip
 
 
@@ -119,6 +124,20 @@ def _together(left: pa.Table, right: pa.Table) -> int:
         often = Counter(run for run in runs if run)
         shared[: len(runs)] |= [often[run] > 1 for run in runs]
     return int(shared.sum())
+
+
+def _differ_in(left: pa.Table, right: pa.Table) -> Iterator[str]:
+    """The circumstances in which pairs differ, each with its two values, or with the number of pairs where there are several. One
+    that a side leaves empty, as who asks for no tracking does, is no other one."""
+    for column in _CIRCUMSTANCES:
+        if column not in left.column_names or column not in right.column_names:
+            continue
+        both = zip(values(left, column), values(right, column), strict=True)
+        unlike = [(one, two) for one, two in both if one != two and not {one, two} & {None, ""}]
+        if len(set(unlike)) == 1:
+            yield f"{column} ({unlike[0][0]}, {unlike[0][1]})"
+        elif unlike:
+            yield f"{column} (in {len(unlike)} of {left.num_rows} pairs)"
 
 
 def _successes(
