@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 
 import clearway
 from clearway.campaigns import CampaignPlan
-from clearway.campaigns.tuning import in_words, tuned, tuned_on
+from clearway.campaigns.tuning import TUNED_ON_COMMENT, declaration, in_words, tuned, tuned_on
 from clearway.errors import ClearwayError
 from clearway.navigators.registry import make_navigator
 from clearway.reports import head_to_head, text
@@ -47,7 +48,7 @@ def words(navigator: str, suite: str, robot: str, selection: Selection, seed: in
         ("hp-st", "sar-stress", "rescue", FROZEN, 0, ["on other scenarios of this suite"]),
         ("hp-st-foresight", "sar-case2", "rescue:lidar", Selection(seeds=(299, 301)), 0,
          ["on this scenario", "on other scenarios of this suite"]),
-        ("hp-st[guarantee=passive]", "sar-misspecified", "rescue", FROZEN, 0, ["no"]),
+        ("hp-st[guarantee=passive]", "sar-misspecified", "rescue", FROZEN, 0, [""]),
         ("hp-st", "sar-misspecified", "rescue", FROZEN, 0, ["on other scenarios of this suite"]),
         ("hp-tmpc", "hospital", "tiago", ON_HALL, 0, ["on this scenario"]),
         ("hp-tmpc", "hospital", "tiago", replace(ON_HALL, speeds=(1.0,)), 0, ["on this geometry"]),
@@ -72,6 +73,17 @@ def test_every_navigator_is_labelled(
     navigator: str, suite: str, robot: str, selection: Selection, seed: int, expected: list[str]
 ) -> None:
     assert words(navigator, suite, robot, selection, seed) == expected
+
+
+def test_a_file_that_options_name_declares_for_them(tmp_path: Path) -> None:
+    file = tmp_path / "nav2.yaml"
+    text = (Path(__file__).parents[1] / "navigators" / "nav2" / "nav2_pursuit.yaml").read_text("utf-8")
+    file.write_text(text, "utf-8")
+    assert words(f"nav2[params={file}]", "hospital-held-out", "tiago", Selection(batches=("NO",))) == [""]
+    said = json.dumps([declaration(TunedOn("hospital", seeds=(0,)))])
+    file.write_text(f"{TUNED_ON_COMMENT}{said}\n{text}", "utf-8")
+    assert words(f"nav2[params={file}]", "hospital-held-out", "tiago", Selection(batches=("NO",))) == ["no"]
+    assert words(f"nav2[params={file}]", "hospital", "tiago", ON_HALL) == ["on this scenario"]
 
 
 def test_retuned_gains_are_labelled_where_there_are_some() -> None:

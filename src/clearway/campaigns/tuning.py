@@ -72,13 +72,19 @@ def tuned_by_files(name: str, robot: Robot, options: Mapping[str, Any] | None = 
     Raises:
         ClearwayError: it is said in another way.
     """
-    plain, given = split_options(name)[0], split_options(name)[1] | dict(options or {})
+    plain = split_options(name)[0]
     table = robot.navigators.get(plain, {})
     found = declared(table[TUNED_ON], f"robot {robot.name}") if isinstance(table, dict) and TUNED_ON in table else ()
+    return (*found, *_by_files_of_options(name, options))
+
+
+def _by_files_of_options(name: str, options: Mapping[str, Any] | None = None) -> tuple[TunedOn, ...]:
+    """The same of the files of its options alone."""
+    plain, given = split_options(name)[0], split_options(name)[1] | dict(options or {})
     if not given or ":" in plain:  # a user's own module is imported by workers alone
-        return found
+        return ()
     files = getattr(navigator_class(plain), "files", None)
-    return found if files is None else (*found, *(one for file in files(**given) for one in _in_comment(file)))
+    return () if files is None else tuple(one for file in files(**given) for one in _in_comment(file))
 
 
 def all_by_files(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, tuple[TunedOn, ...]]:
@@ -127,7 +133,8 @@ def in_words(tests: Sequence[TunedOn] | None) -> list[str] | None:
 
 
 def tuned(said: Sequence[TunedOn] | None, plan: CampaignPlan, spec: TrialSpec) -> Tuned:
-    """How near to the trial's test the parameters were chosen.
+    """How near to the trial's test the parameters were chosen. Options behind the navigator's name take the place of what was
+    declared, and nobody says on what they were chosen: with them, unless their files declare it, it is never known to be on none.
 
     Args:
         said: What the trial's navigator declares.
@@ -139,7 +146,11 @@ def tuned(said: Sequence[TunedOn] | None, plan: CampaignPlan, spec: TrialSpec) -
     if said is None and not files:
         return Tuned.UNDECLARED
     order = list(Tuned)
-    return min((_near(one, plan, spec) for one in (*(said or ()), *files)), key=order.index, default=Tuned.NO)
+    near = min((_near(one, plan, spec) for one in (*(said or ()), *files)), key=order.index, default=Tuned.NO)
+    options = plan.options.get(spec.driver)
+    given = split_options(spec.driver)[1] or options
+    silent = given and not _by_files_of_options(spec.driver, options)
+    return Tuned.UNDECLARED if near is Tuned.NO and silent else near
 
 
 def _near(one: TunedOn, plan: CampaignPlan, spec: TrialSpec) -> Tuned:

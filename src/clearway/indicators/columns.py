@@ -97,7 +97,7 @@ COLUMNS = (
     _attempted(
         "tuned", Kind.WORD,
         "on what the navigator says that its parameters were chosen: on this scenario, on this geometry (the same obstacles in the "
-        "same place), on other scenarios of this suite, no; empty if it says nothing", of="tuned.value",
+        "same place), on other scenarios of this suite, no; empty if it says nothing, or no and options were given", of="tuned.value",
     ),
     _attempted("floor_plan", Kind.WORD, "where it was driven", selectable=True),
     _label("speed", Kind.NUMBER, "set speed", "m/s"),
