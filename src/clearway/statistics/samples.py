@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from scipy import special
 
-from clearway.errors import ClearwayError, shown
+from clearway.errors import ClearwayError
 from clearway.statistics.proportions import checked_probability
 
 MOST = 10_000_000
@@ -57,5 +57,5 @@ def reliability_shown(trials: int, failures: int, confidence: float) -> float:
 
 def _failures(failures: int) -> int:
     if not 0 <= failures <= MOST or failures != int(failures):
-        raise ClearwayError(f"failures {shown(str(failures))} must be a whole number, 0 to {MOST:,}")
+        raise ClearwayError(f"failures {failures:.6g} must be a whole number, 0 to {MOST:,}")
     return int(failures)
