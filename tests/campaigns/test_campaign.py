@@ -123,6 +123,16 @@ def test_what_breaks_in_the_world_is_recorded_too(monkeypatch: pytest.MonkeyPatc
     assert trial.attempt.labels.repetition == 2
 
 
+def test_what_breaks_as_a_scenario_is_built_is_not_the_navigators_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def breaks(*_: Any, **__: Any) -> None:
+        raise MemoryError("no room for the floor")
+
+    monkeypatch.setattr(sys.modules["clearway.world.simulate"], "behaviours_of", breaks)
+    trial = alone(plan(), 1)
+    assert (trial.outcome, trial.reason) == (Outcome.SCENARIO_FAILED, "MemoryError: no room for the floor")
+    assert score_row(trial)["success"] is None
+
+
 def test_a_trial_that_broke_says_all_that_it_attempted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     selection = Selection(batches=("CE",), speeds=(0.6,), obstacle_speeds=(0.6,), sizes=(0.3,), repetitions=1)
     asked = dataclasses.replace(plan("Knows", setups=("5 iterations",)), selection=selection)
@@ -369,14 +379,15 @@ def test_a_robots_own_file_is_what_the_results_know_of_it(tmp_path: Path) -> Non
 
 
 def test_the_same_trial_twice_is_refused(tmp_path: Path) -> None:
-    suite = tmp_path / "suite.toml"
+    suites = tmp_path / "suite.toml", tmp_path / "copy.toml"
     legs = '[[legs]]\nname = "forth"\ngoal = [2.0, 0.0, 0.0]\ntime_limit = 60.0\n'
-    suite.write_text(
-        'name = "s"\nspeeds = [0.5, 0.5]\n[[scenario]]\nname = "x"\nfloor_plan = "hall"\nstart = [0.0, 0.0, 0.0]\nspeed = 0.5\n'
-        + legs.replace("[[legs]]", "[[scenario.legs]]")
-    )
+    for suite in suites:
+        suite.write_text(
+            'name = "s"\n[[scenario]]\nname = "x"\nfloor_plan = "hall"\nstart = [0.0, 0.0, 0.0]\nspeed = 0.5\n'
+            + legs.replace("[[legs]]", "[[scenario.legs]]")
+        )
     with pytest.raises(ClearwayError, match="one and the same"):
-        CampaignPlan((str(suite),), ("tiago",)).specs()
+        CampaignPlan(tuple(map(str, suites)), ("tiago",)).specs()
 
 
 def test_an_edited_navigator_is_told_on_resuming(tmp_path: Path) -> None:

@@ -211,6 +211,19 @@ def test_causes_are_counted_and_the_typical_trial_is_the_middle_one() -> None:
     assert next((c.count, c.who) for c in causes_of_all(both)) == (6, "a x: 3 of them")
 
 
+def test_who_is_placed_in_a_wall_is_not_told_that_it_drove_into_it() -> None:
+    placed = BUMPED | {
+        "reason": "contact with wall 'west' where it was placed",
+        "moved_at_contact": "",
+        "avoidable": "too late",
+    }
+    f = made_up(("a", "x", [placed, {}]))
+    (cause,) = causes(f, f.systems[0])
+    assert cause.words == "it was placed in contact with wall 'west'"
+    assert cause.advice.endswith("more room than placement_xy and placement_yaw take")
+    assert verdict(f.rows[0]) == "placed in contact"
+
+
 @pytest.mark.parametrize(
     ("reason", "words", "short", "advice"),
     [

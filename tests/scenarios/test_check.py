@@ -90,7 +90,7 @@ route = [{ at = [8.0, 3.0] }]
         ("", "", None),
         ("[2.0, 3.0]", "[0.1, 3.0]", "people.0.start: 'ann' at (0.1, 3) would stand in 'west'"),
         ("[2.0, 3.0]", "[2.0, 9.0]", "people.0.start: 'ann' at (2, 9) is outside the floor plan 'room' (x -0.2 to 10.2, y -0.2 to 4.2)"),
-        ("[2.0, 3.0]", "[1.3, 1.0]", "people.0.start: 'ann' at (1.3, 1) would stand in 'tiago'"),
+        ("[2.0, 3.0]", "[1.3, 1.0]", "people.0.start: 'ann' at (1.3, 1) would stand in tiago"),
         ("[8.0, 3.0]", "[9.9, 3.0]", "people.0.route.0.at: 'ann' at (9.9, 3) would stand in 'east'"),
         ('"ann"', '"box"', "an obstacle and a person have the name 'box'"),
         ("[2.0, 3.0]", "[2.0, inf]", "people.0.start.1: inf is wrong: input should be a finite number"),
@@ -232,6 +232,23 @@ def test_what_is_wrong_with_a_suite(tmp_path: Path, old: str, new: str, message:
     path = tmp_path / "my_suite.toml"
     path.write_text(path.read_text().replace(old, new, 1))
     assert str(check_file(path)[0]) == f"{path}: {message}"
+
+
+def test_a_suite_is_checked_as_its_tests_are_made(tmp_path: Path) -> None:
+    for name in ("my_corridor.toml", "my_suite.toml"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+    path = tmp_path / "my_suite.toml"
+    text = path.read_text()
+    path.write_text(text.replace("speeds = [0.3, 0.6]", "speeds = [0.3, 0.01]"))
+    assert f"{path}: scenario 'into room 1': legs.0.time_limit: 60 s can't do" in str(check_file(path)[0])
+    assert all("at 0.01 m/s" in str(error) for error in check_file(path))
+    path.write_text(text.replace("speeds = [0.3, 0.6]", "speeds = [0.3, 0.3000001]"))
+    assert [str(e) for e in check_file(path)] == [
+        f"{path}: speeds: 0.3 m/s stands twice, and would make two tests of one name"
+    ]
+    path.write_text(text.replace("repetitions = 3", "repetitions = 1000000"))
+    (error,) = check_file(path)
+    assert "at most 1,000,000 trials" in str(error)
 
 
 def test_a_suite_that_names_a_missing_file(tmp_path: Path) -> None:

@@ -231,7 +231,9 @@ def test_a_behaviour_that_fails_ends_its_trial_and_no_other(own: Path, tmp_path:
     assert any(name.endswith("own.py:Raises") for name in results.campaign["code"])
     said = write_report(results.path).read_text("utf-8")
     assert {bad[name] for name in ("contacts", "MDO", "CT")} == {None}
-    assert "In 1 trial a behaviour of the scenario&#39;s people failed; they count neither as" in said
+    assert (
+        "In 1 trial the scenario failed, by a behaviour of its people or as it was built; they count neither as" in said
+    )
 
 
 @pytest.mark.slow

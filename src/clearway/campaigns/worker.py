@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -33,6 +34,7 @@ from clearway.scenarios.suites import load_suite
 from clearway.trials import Event, Outcome, Trial
 from clearway.trials.keeping import Keep, is_kept, outline
 from clearway.trials.store import write_partial
+from clearway.world import simulation_of
 from clearway.world.attempt import attempt_of, run_of
 from clearway.world.behaviours.foreign import BehaviourError, Foreign
 from clearway.world.bodies import bodies_of
@@ -219,8 +221,10 @@ def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str, keep: Keep) -> 
 
 
 def _whose(error: Exception) -> Outcome:
-    """What a trial ends as that `error` broke."""
-    return Outcome.SCENARIO_FAILED if isinstance(error, BehaviourError) else Outcome.NAVIGATOR_FAILED
+    """What a trial ends as that `error` broke: no navigator is asked anything while the simulation is built."""
+    building = any(frame.f_code is simulation_of.__code__ for frame, _ in traceback.walk_tb(error.__traceback__))
+    scenarios = building or isinstance(error, BehaviourError)
+    return Outcome.SCENARIO_FAILED if scenarios else Outcome.NAVIGATOR_FAILED
 
 
 def _broken(

@@ -14,7 +14,7 @@ from clearway.indicators.indicator import Indicator, Value
 from clearway.trials import Outcome, Trial
 from clearway.trials.trial import NOT_RECORDED, UNUSABLE
 
-_BROKEN = Value(None, "a behaviour of the scenario's people failed")
+_BROKEN = Value(None, "the scenario failed, by a behaviour of its people or as it was built")
 _LAST = "not_computable"
 _ABOUT_LAST = "JSON: indicator -> why its cell is empty"
 

@@ -37,7 +37,7 @@ def failure(trial: Trial, whose: Whose = "true", slack: tuple[float, float] = (0
         NotComputable: it ended well as far as is known, but the pose, the goal or a tolerance is unknown; or its scenario failed.
     """
     if trial.outcome is Outcome.SCENARIO_FAILED:
-        raise NotComputable("a behaviour of the scenario's people failed")
+        raise NotComputable("the scenario failed, by a behaviour of its people or as it was built")
     if contact_time(trial) is not None:
         return f"{Outcome.COLLISION.value} at rest" if _stood(trial) else Outcome.COLLISION.value
     if trial.outcome is not Outcome.REACHED:

@@ -14,7 +14,7 @@ from statistics import median
 from clearway.indicators.avoidable import FORESIGHT, PLANNER, TOO_LATE
 from clearway.reports.findings import Findings
 from clearway.reports.grid import num
-from clearway.reports.selection import Row, System, configuration_of, label, system_of, verdict
+from clearway.reports.selection import Row, System, configuration_of, label, placed_in_contact, system_of, verdict
 from clearway.reports.words import WAYS_OUT, contact
 from clearway.trials.trial import UNUSABLE
 
@@ -128,6 +128,8 @@ def _advice(f: Findings, system: System, rows: Sequence[Row]) -> str:
     failure = str(rows[0]["failure"] or rows[0]["outcome"])
     if failure in _MISSED:
         return _of_precision(f, system, rows, failure)
+    if placed_in_contact(rows[0]):
+        return "start it where what stands or comes leaves it more room than placement_xy and placement_yaw take"
     if failure.startswith("collision"):
         ways = Counter(r.get("avoidable") or "" for r in rows)
         most, count = ways.most_common(1)[0]

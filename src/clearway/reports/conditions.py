@@ -241,7 +241,7 @@ def deviations(f: Findings) -> list[str]:
         ("navigator_failed", "the navigator raised or gave no valid command; they count as failed"),
         (
             "scenario_failed",
-            "a behaviour of the scenario's people failed; they count neither as successes nor as failures",
+            "the scenario failed, by a behaviour of its people or as it was built; they count neither as successes nor as failures",
         ),
         ("aborted", "the navigator gave up; they count as failed"),
     ):

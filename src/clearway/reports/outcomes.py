@@ -9,7 +9,7 @@ from clearway.indicators import HEADLINE, INDICATORS, SLACK, shown_digits
 from clearway.reports import paper, recordings, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
-from clearway.reports.selection import Row, System, table_of, verdict
+from clearway.reports.selection import Row, System, placed_in_contact, table_of, verdict
 from clearway.reports.words import contact
 from clearway.scenarios.suite import Section
 from clearway.statistics import FEWEST, GROUP, PAPER_A, POOLED, SYSTEM, reduced_set, success_rates
@@ -363,7 +363,8 @@ def why(row: Row, attempt: Attempt | None) -> str:
     Without the `attempt`: by how much one was missed most.
     """
     if str(row["failure"]).startswith("collision"):
-        return "; ".join(part for part in (contact(row), str(row["reason"] or "")) if part)
+        more = "" if placed_in_contact(row) else str(row["reason"] or "")  # says the same
+        return "; ".join(part for part in (contact(row), more) if part)
     if row["reason"]:
         return str(row["reason"].strip().splitlines()[-1])
     said = []

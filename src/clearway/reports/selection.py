@@ -10,7 +10,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.indicators import COLUMNS, shown_digits
 from clearway.reports import paper
 from clearway.trials.store import Results
-from clearway.trials.trial import ASSISTED, BROKEN_OFF, GOING_ON, NOT_RECORDED, UNUSABLE
+from clearway.trials.trial import AS_PLACED, ASSISTED, BROKEN_OFF, GOING_ON, NOT_RECORDED, UNUSABLE
 
 Row: TypeAlias = Mapping[str, Any]
 SELECTABLE = (*(column.name for column in COLUMNS if column.selectable), "trial")
@@ -168,6 +168,11 @@ def moving_at_contact(row: Row) -> bool:
     return row.get("moved_at_contact") in ("robot", "both")
 
 
+def placed_in_contact(row: Row) -> bool:
+    """Whether the robot touched something as the trial began."""
+    return str(row["reason"] or "").endswith(AS_PLACED)
+
+
 def by_speed(speed: float | None) -> tuple[bool, float]:
     """Sorts set speeds, unknown ones last."""
     return speed is None, speed or 0.0
@@ -219,6 +224,8 @@ def verdict(row: Row) -> str:
     if row["success"] is None:
         return f"{row['outcome']}, not judged"
     failure = str(row["failure"] or row["outcome"])
+    if placed_in_contact(row):
+        return "placed in contact"
     if failure == "aborted":
         return _broken_off(row) if is_recorded(row) else "gave up"
     return _FAILED.get(failure, failure.replace("_", " "))

@@ -4,7 +4,8 @@ robot may not have known."""
 from __future__ import annotations
 
 from clearway.indicators.avoidable import FORESIGHT, PLANNER, TOO_LATE
-from clearway.reports.selection import Row
+from clearway.reports.selection import Row, placed_in_contact
+from clearway.trials.trial import AS_PLACED
 
 WAYS_OUT = {
     PLANNER: "0.75 s before, a way out was left",
@@ -20,6 +21,8 @@ _OTHERS = {"person": "a person", "robot": "another robot"}
 
 def contact(row: Row) -> str:
     """A contact in words: who moved, and who the other was."""
+    if placed_in_contact(row):
+        return f"it was placed in {str(row['reason']).removesuffix(AS_PLACED).strip()}"
     other = "the moving obstacle" if "moving" in str(row["reason"]) else "an obstacle"
     other = _OTHERS.get(row.get("touched") or "", other)
     if str(row["failure"]) == "collision at rest":

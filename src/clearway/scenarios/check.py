@@ -6,6 +6,7 @@ import copy
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -15,7 +16,6 @@ from clearway.errors import ClearwayError
 from clearway.geometry.distance import clearance, min_clearance
 from clearway.geometry.oscillator import trajectory
 from clearway.geometry.shapes import FloatArray, Shape, circumscribed_radius, inscribed_radius, rectangle
-from clearway.quantities import PoseSpec
 from clearway.reading import read_toml
 from clearway.reading.limits import DRAWN
 from clearway.robots import Robot, load_robot
@@ -31,6 +31,7 @@ from clearway.scenarios.check_places import (
     robot_errors,
     widest,
 )
+from clearway.scenarios.check_starts import Placed, met, person_placed, robots_placed
 from clearway.scenarios.crowd import Crowd, Standing, Work
 from clearway.scenarios.family import Family, Path_, load_families, put, scenario_from
 from clearway.scenarios.files import (
@@ -49,6 +50,7 @@ from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.line_keeping import Line, hands
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, RunSpec, Scenario
+from clearway.scenarios.suite import refuse_many
 from clearway.scenarios.way import CELL
 
 __all__ = [
@@ -64,6 +66,8 @@ __all__ = [
 
 STEP = 0.05
 """How densely a moving obstacle's path is checked against what stands in it, m (of an oscillation: s)."""
+MEETING = 10
+"""To see whether two touch as the trial begins takes so many comparisons' time."""
 ROBOT = "tiago"
 """The robot that a scenario is checked for if none is named."""
 
@@ -96,12 +100,13 @@ def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
         return [ClearwayError(covers, field="obstacles")]
     standing = fixtures.and_others(placed)
     found = list(_static(static, plan, standing))
-    starts = [scenario.start, *(leg.goal for leg in scenario.legs)]
+    robots = robots_placed(scenario, robot)
+    people = [here for person in scenario.people if (here := person_placed(person)) is not None]
     found += robot_errors(scenario, robot, plan, standing)
     try:
         work = Work()
-        found += _moving_obstacles(scenario, robot, starts, standing, work)
-        found += _swinging(scenario, robot, fixtures, work)
+        found += _moving_obstacles(scenario, robots, people, standing, work)
+        found += _swinging(scenario, [*robots, *people], fixtures, work)
     except ClearwayError as error:
         return [*found, error]
     fleet = list(fleet_errors(scenario, robot, plan, standing))
@@ -136,11 +141,7 @@ def check_file(path: str | Path, robot: Robot | None = None) -> list[ClearwayErr
                 check_scenario(load_scenario(path), robot) or [e for f in families for e in check_family(f, robot)],
             )
         if isinstance(model, SuiteSpec):
-            return [
-                ClearwayError(e.problem, file=path, field=f"scenario {s.name!r}: {e.field}")
-                for s in scenarios_of(model, path)
-                for e in check_scenario(s, robot)
-            ]
+            return list(_tests(model, path, robot))
         if isinstance(model, FloorPlanSpec):
             return _in(path, check_plan(load_floor_plan(str(path)), robot))
         return list(_presets(path, table))
@@ -168,6 +169,16 @@ def _at(family: Family, path: Path_, value: float, robot: Robot) -> str:
     except ClearwayError as error:  # other fields may hang on it, and vary too
         return "" if error.field != ".".join(map(str, path)) else error.problem
     return problems[0].problem if problems else ""
+
+
+def _tests(spec: SuiteSpec, path: Path, robot: Robot) -> Iterator[ClearwayError]:
+    """What is wrong with the tests that are made of a suite's scenarios, or that they are too many."""
+    scenarios = scenarios_of(spec, path)
+    refuse_many(len(scenarios) * max(1, len(spec.speeds)) * spec.repetitions, spec.name)
+    slowest = {"speed": min(spec.speeds)} if spec.speeds else {}  # what makes sense at that does at all of them
+    for scenario in scenarios:
+        for error in check_scenario(scenario.model_copy(update=slowest), robot):
+            yield ClearwayError(error.problem, file=path, field=f"scenario {scenario.name!r}: {error.field}")
 
 
 def _in(path: Path, errors: Sequence[ClearwayError]) -> list[ClearwayError]:
@@ -229,9 +240,9 @@ def _static(static: Sequence[tuple[int, Standing]], plan: FloorPlan, standing: C
 
 
 def _moving_obstacles(
-    scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec], standing: Crowd, work: Work
+    scenario: Scenario, robots: Sequence[Placed], people: Sequence[Placed], standing: Crowd, work: Work
 ) -> Iterator[ClearwayError]:
-    legs = [leg.name for leg in scenario.legs]
+    legs = {leg.name: k for k, leg in enumerate(scenario.legs)}
     for i, obstacle in enumerate(scenario.obstacles):
         for j, run in enumerate(obstacle.runs):
             field = f"obstacles.{i}.runs.{j}"
@@ -250,27 +261,37 @@ def _moving_obstacles(
                 yield ClearwayError(
                     f"{obstacle.name!r} would run into {hit!r} at {at_text(where)}{whoever}", field=f"{field}.path"
                 )
+            if -run.delay * run.speed >= _length(run):
+                continue
             begin = way[min(int(max(0.0, -run.delay) * run.speed / STEP), len(way) - 1)]
-            if -run.delay * run.speed < _length(run) and (
-                clearance(robot.shape, np.array(starts[legs.index(run.leg)]), shape, begin) <= 0
-            ):
+            if leg := legs[run.leg]:
+                there = [replace(robots[0], pose=np.array(scenario.legs[leg - 1].goal), xy=0.0, yaw=0.0)]
+            elif run.delay <= 0.0 and obstacle.behaviour is None:  # an operator waits until nobody is in the place
+                there = [*robots, *people]
+            else:
+                there = [*robots]
+            work.add(len(there) * MEETING, f"{field}.path")
+            if (touched := met(Placed(repr(obstacle.name), shape, begin), there)) is not None:
+                who, how = touched
                 yield ClearwayError(
-                    f"{obstacle.name!r} touches {robot.name} when it appears at {at_text(begin)}; give it a longer run-up",
+                    f"{obstacle.name!r} touches {who.called} when it appears at {at_text(begin)}{how}; give it a longer run-up",
                     field=f"{field}.path",
                 )
 
 
-def _swinging(scenario: Scenario, robot: Robot, fixtures: Crowd, work: Work) -> Iterator[ClearwayError]:
-    """What oscillates passes through other obstacles, as in paper B, but not through walls."""
+def _swinging(scenario: Scenario, there: Sequence[Placed], fixtures: Crowd, work: Work) -> Iterator[ClearwayError]:
+    """What oscillates passes through other obstacles, as in paper B, but not through walls, and begins in nobody who is `there`."""
     seconds = sum(leg.time_limit for leg in scenario.legs)
     for i, obstacle in enumerate(scenario.obstacles):
         motion = obstacle.lasting
         if motion is None:
             continue
         shape, field = _shape(obstacle), f"obstacles.{i}.{'oscillation' if obstacle.oscillation else 'motion'}"
-        if clearance(robot.shape, np.array(scenario.start), shape, np.array([*motion.start, 0.0])) <= 0:
+        work.add(len(there) * MEETING, field)
+        if (touched := met(Placed(repr(obstacle.name), shape, np.array([*motion.start, 0.0])), there)) is not None:
+            who, how = touched
             yield ClearwayError(
-                f"{obstacle.name!r} at {at_text(motion.start)} touches {robot.name} at the start {at_text(scenario.start)}",
+                f"{obstacle.name!r} at {at_text(motion.start)} touches {who.called} at the start {at_text(who.pose)}{how}",
                 field=f"{field}.start",
             )
         if seconds > LONGEST_SWING:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -14,13 +15,14 @@ from clearway.geometry.distance import clearance
 from clearway.geometry.shapes import Circle, FloatArray, Shape, circumscribed_radius, inscribed_radius
 from clearway.quantities import PoseSpec
 from clearway.robots import Robot, load_robot
+from clearway.scenarios.check_ends import End
+from clearway.scenarios.check_starts import Placed, met, person_placed, robot_placed, robots_placed
 from clearway.scenarios.crowd import Crowd, Standing
+from clearway.scenarios.people import PersonSpec
+from clearway.scenarios.people_floor import floor_errors
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.way import CELL, Room, room_for, widest_way
-
-_Placed = tuple[str, Shape, FloatArray]
-"""A robot or a person at its start: its name, its shape, its pose (3,)."""
 
 
 def robot_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
@@ -32,53 +34,63 @@ def robot_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Cr
         plan: The floor plan.
         standing: Everything that stands.
     """
-    fits, starts = True, [scenario.start, *(leg.goal for leg in scenario.legs)]
-    for i, pose in enumerate(starts):
-        field, what = (
-            ("start", "the start") if i == 0 else (f"legs.{i - 1}.goal", f"the goal {scenario.legs[i - 1].name!r}")
-        )
-        problem = place_problem(what, pose, robot, plan, standing)
-        if problem is not None:
-            fits = False
-            yield ClearwayError(problem, field=field)
+    staying = standing.and_others(_staying(scenario.people))
+    starts = [scenario.start, *(leg.goal for leg in scenario.legs)]
+    problems = {"start": _start_problem(scenario, robot, plan, standing)} | {
+        f"legs.{i}.goal": place_problem(f"the goal {leg.name!r}", leg.goal, robot, plan, staying)
+        for i, leg in enumerate(scenario.legs)
+    }
+    yield from (ClearwayError(problem, field=field) for field, problem in problems.items() if problem)
     yield from _time_limits(scenario, robot, starts)
-    if fits:
-        yield from _ways(scenario, robot, plan, starts, standing.members)
+    alone = first_hit(robot.shape, np.array(scenario.start), staying) is None  # else that is said of the people
+    if alone and not any(problems.values()):
+        yield from _ways(scenario, robot, plan, starts, staying.members)
 
 
 def fleet_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
-    """The same of a scenario's other robots, and whether robots start in each other."""
-    placed: list[_Placed] = [(scenario.member, robot.shape, np.array(scenario.start))]
-    for i, (spec, own) in enumerate(zip(scenario.robots, scenario.members()[1:], strict=True)):
+    """The same of a scenario's other robots, and whether robots start in each other, or are to end there."""
+    own = scenario.members()
+    placed = [replace(robot_placed(own[0], robot), called=repr(scenario.member))]
+    ends = [End.of(own[0], robot)]
+    for i, (spec, alone) in enumerate(zip(scenario.robots, own[1:], strict=True)):
         try:
             other = robot if spec.robot is None else load_robot(spec.robot)
         except ClearwayError as error:
             yield ClearwayError(str(error), field=f"robots.{i}.robot")
             continue
-        for found in robot_errors(own, other, plan, standing):
+        for found in robot_errors(alone, other, plan, standing):
             yield ClearwayError(found.problem, field=f"robots.{i}.{found.field}")
-        start = np.array(spec.start)
-        for name, shape, at in placed:
-            if _overlap(other.shape, start, shape, at):
-                problem = f"{spec.name!r} at {at_text(spec.start)} would stand in {name!r}"
-                yield ClearwayError(problem, field=f"robots.{i}.start")
+        here = replace(robot_placed(alone, other), called=repr(spec.name))
+        if (hit := met(here, placed)) is not None:
+            who, how = hit
+            problem = f"{spec.name!r} at {at_text(spec.start)} would stand in {who.called}{how}"
+            yield ClearwayError(problem, field=f"robots.{i}.start")
+        placed.append(here)
+        if spec.role != "tested":  # a robot that is may come before it
+            continue
+        end = End.of(alone, other)
+        for first in ends:
+            if not end.leaves_room(first):
+                yield ClearwayError(
+                    f"{spec.name!r} and {first.name!r} can't both end there: at {at_text(end.pose)} and {at_text(first.pose)}, within"
+                    f" {end.xy:g} and {first.xy:g} m, one would stand in the other, which stays where it has ended",
+                    field=f"robots.{i}.legs.{len(spec.legs) - 1}.goal",
+                )
                 break
-        placed.append((spec.name, other.shape, start))
+        ends.append(end)
 
 
 def people_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
-    """Where people start and go: inside of the plan, with room to stand, on ways that they fit through."""
+    """Where people start and go: inside of the plan, with room to stand, on ways that they fit through, while the trial lasts."""
+    yield from floor_errors(scenario.people, standing)
     bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in standing.members)
-    placed: list[_Placed] = [(robot.name, robot.shape, np.array(scenario.start))]
-    placed += [
-        (r.name, robot.shape if r.robot is None else load_robot(r.robot).shape, np.array(r.start))
-        for r in scenario.robots
-    ]
+    placed = robots_placed(scenario, robot)
+    robots, over = placed[:], _longest(scenario)
     going: dict[float, list[tuple[int, list[tuple[float, float]]]]] = {}
     for i, person in enumerate(scenario.people):
         shape, places = Circle(person.radius), [person.start, *(stop.at for stop in person.route)]
         fields = [f"people.{i}.start", *(f"people.{i}.route.{k}.at" for k in range(len(person.route)))]
-        fits = True
+        fits, recorded = True, person.behaviour == "recorded"
         for field, place in zip(fields, places, strict=True):
             pose, what = (*place, 0.0), f"{person.name!r} at {at_text((*place, 0.0))}"
             hit = None if not is_inside(pose, plan) else first_hit(shape, np.array(pose), standing)
@@ -87,17 +99,17 @@ def people_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: C
             elif hit:
                 yield ClearwayError(f"{what} would stand in {hit!r}", field=field)
             fits = fits and hit is None and is_inside(pose, plan)
-        if person.behaviour == "recorded":
-            yield from _met_at_once(scenario, i, placed)
-            continue
-        start = np.array((*person.start, 0.0))
-        for name, other, at in placed:
-            if _overlap(shape, start, other, at):
+        if recorded and (when := _missed(person.track, over)):
+            yield ClearwayError(f"{when}; times count from its beginning", field=f"people.{i}.track")
+        if (here := person_placed(person)) is not None:
+            if (touched := met(here, robots if recorded else placed)) is not None:
+                who, how = touched
                 yield ClearwayError(
-                    f"{person.name!r} at {at_text((*person.start, 0.0))} would stand in {name!r}", field=fields[0]
+                    f"{person.name!r} at {at_text(here.pose)} would stand in {who.called}{how}",
+                    field=f"people.{i}.track" if recorded else fields[0],
                 )
-                break
-        placed.append((person.name, shape, start))
+            if not recorded:  # who was is minded by others who were
+                placed.append(here)
         if fits and person.route:
             going.setdefault(math.floor(person.radius / CELL) * CELL, []).append((i, places))
     for radius, some in going.items():  # once for all of about one size, in their favour
@@ -113,26 +125,24 @@ def people_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: C
                     )
 
 
-def _met_at_once(scenario: Scenario, i: int, placed: Sequence[_Placed]) -> Iterator[ClearwayError]:
-    """Where somebody who was recorded is in a robot when the trial begins; the others were minded when it was recorded."""
-    person, robots = scenario.people[i], placed[: 1 + len(scenario.robots)]
-    t, x, y = np.array(person.track).T
-    if not t[0] <= 0.0 <= t[-1]:
-        return
-    at = np.array((np.interp(0.0, t, x), np.interp(0.0, t, y), 0.0))
-    for name, other, there in robots:
-        if _overlap(Circle(person.radius), at, other, there):
-            yield ClearwayError(f"{person.name!r} at {at_text(at)} would stand in {name!r}", field=f"people.{i}.track")
-            return
+def _staying(people: Sequence[PersonSpec]) -> Crowd:
+    """Those of the people who never go from where they are, whatever comes."""
+    never = [p for p in people if p.behaviour == "still" and (p.yields_at is None or not p.sees_robots)]
+    return Crowd.of([Standing(p.name, Circle(p.radius), np.array((*p.start, 0.0))) for p in never])
 
 
-def _overlap(shape: Shape, pose: FloatArray, other: Shape, there: FloatArray) -> bool:
-    """Whether `shape` at `pose` (3,) touches the `other` at `there` (3,); most are far apart."""
-    apart = math.hypot(pose[0] - there[0], pose[1] - there[1])
-    return (
-        apart <= circumscribed_radius(shape) + circumscribed_radius(other) + 1e-6
-        and clearance(shape, pose, other, there) <= 0.0
-    )
+def _missed(track: Sequence[tuple[float, float, float]], over: float) -> str:
+    """When a recorded person comes or goes of whom a trial that is over by then [s] sees nothing; empty: it sees something."""
+    (begins, *_), (ends, *_) = track[0], track[-1]
+    if begins - over > 1e-6:
+        return f"begins at {begins:g} s; the trial is over by {over:g} s"
+    return f"ends at {ends:g} s, before the trial begins" if ends < 0.0 else ""
+
+
+def _longest(scenario: Scenario) -> float:
+    """By when the trials of all robots are over, s; a leg whose clock starts late may take its limit twice."""
+    every = (scenario.legs, *(robot.legs for robot in scenario.robots))
+    return max(sum(leg.time_limit * (2.0 if leg.clock_starts_after > 0.0 else 1.0) for leg in legs) for legs in every)
 
 
 def place_problem(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: Crowd) -> str | None:
@@ -141,6 +151,18 @@ def place_problem(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, stan
         return f"{what} {at_text(pose)} is outside the floor plan {extent_text(plan)}"
     if hit := first_hit(robot.shape, np.array(pose), standing):
         return f"{robot.name} at {what} {at_text(pose)} would stand in {hit!r}"
+    return None
+
+
+def _start_problem(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> str | None:
+    """The same of a scenario's start, however the robot is placed there."""
+    here = robot_placed(scenario, robot)
+    if problem := place_problem("the start", scenario.start, robot, plan, standing):
+        return problem
+    near = standing.near(here.pose[None, :2], circumscribed_radius(robot.shape) + here.loose)
+    if hit := met(here, [Placed(repr(s.name), s.shape, s.pose) for s in near]):
+        who, how = hit
+        return f"{robot.name} at the start {at_text(here.pose)} would stand in {who.called}{how}"
     return None
 
 

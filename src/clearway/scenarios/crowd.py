@@ -58,6 +58,11 @@ class Crowd:
         touched = (x0 <= right) & (x1 >= left) & (y0 <= high) & (y1 >= low)
         return [self._members[int(i)] for i in np.flatnonzero(touched)]
 
+    @property
+    def extent(self) -> tuple[FloatArray, FloatArray]:
+        """The least and the greatest x and y [m] of them all, (2,) each; inf and -inf where nothing stands."""
+        return self._boxes[:, :2].min(0, initial=np.inf), self._boxes[:, 2:].max(0, initial=-np.inf)
+
     def drawn(self) -> float:
         """How many cells of a grid are looked at to draw them all."""
         width, height = (self._boxes[:, 2:] - self._boxes[:, :2]).T / CELL

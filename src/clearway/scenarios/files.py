@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
 from clearway.errors import ClearwayError
 from clearway.quantities import Speed, Whole
@@ -57,6 +57,14 @@ class SuiteSpec(Table):
         default=(), max_length=SCENARIOS, description="files of scenarios, seen from this file's folder"
     )
     scenario: tuple[Scenario, ...] = Field(default=(), max_length=SCENARIOS, description="scenarios in place")
+
+    @field_validator("speeds")
+    @classmethod
+    def _once(cls, speeds: tuple[float, ...]) -> tuple[float, ...]:
+        names = [f"{speed:g}" for speed in speeds]  # as tests are called by them
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise ValueError(f"{twice[0]} m/s stands twice, and would make two tests of one name")
+        return speeds
 
     @model_validator(mode="after")
     def _not_empty(self) -> SuiteSpec:

@@ -6,11 +6,11 @@ entry-point group `clearway.offers`. What a test looks like, and why, stands in 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from clearway.errors import ClearwayError
-from clearway.geometry.shapes import Circle
+from clearway.geometry.shapes import Circle, circumscribed_radius
 from clearway.registry import Registry
 from clearway.robots import Robot
 from clearway.scenarios.floor_plan_files import FloorPlanSpec, WallSpec
@@ -47,7 +47,11 @@ WIDE = 1.0
 APART = 0.005
 """Between an obstacle and the wall that it stands at, m: what touches a wall counts as overlapping it."""
 FREE = 0.8
-"""Nobody stands nearer to where the robot starts or goes, m."""
+"""Nobody stands nearer to where the robot starts or goes, m; if it is large, further away."""
+PERSON = 0.25
+"""Their radius, m."""
+BESIDE = 0.05
+"""Between a robot at its start and whoever stands there, m: more than it may be placed astray."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,23 +234,28 @@ def _lane(value: float, robot: Robot, speed: float, name: str, seed: int) -> Tas
 def _density(value: float, robot: Robot, speed: float, name: str, seed: int) -> Task:
     length, width = 2 * ROOM[0] + WALL, ROOM[1]
     people, places = list[PersonSpec](), list[tuple[float, float]]()
+    more = max(0.0, circumscribed_radius(robot.shape) + PERSON + BESIDE - FREE)
     ends = ((-FROM_WALL - WALL / 2, -ASIDE), (FROM_WALL + WALL / 2, ASIDE))
     for k in range(round(value * length * width)):
-        start = _place(seed, f"{name} start {k}", [*ends, *places])
+        start = _place(seed, f"{name} start {k}", places, ends, more)
         places.append(start)
-        goal = _place(seed, f"{name} goal {k}", list(ends))
+        goal = _place(seed, f"{name} goal {k}", [], ends, more)
         people.append(
             PersonSpec(name=f"person {k + 1}", start=start, route=(StopSpec(at=goal), StopSpec(at=start)), loop=True)
         )
     return Task(through(name, robot, speed, WALL, people=tuple(people)), hall(), robot)
 
 
-def _place(seed: int, what: str, taken: list[tuple[float, float]]) -> tuple[float, float]:
-    """A place in the hall, away from others as far as there is room: the best of many that are drawn, if none is free."""
+def _place(
+    seed: int, what: str, taken: Sequence[tuple[float, float]], ends: Sequence[tuple[float, float]], more: float
+) -> tuple[float, float]:
+    """A place in the hall, away from others, and from the robot's `ends` by `more` [m], as far as there is room: the best of many that
+    are drawn, if none is free."""
     x, y = ROOM[0] - 0.6, ROOM[1] / 2 - 0.4
 
     def apart(place: tuple[float, float]) -> float:
-        return min((((place[0] - a) ** 2 + (place[1] - b) ** 2) ** 0.5 for a, b in taken), default=FREE)
+        every = [*((end, more) for end in ends), *((other, 0.0) for other in taken)]
+        return min(float(((place[0] - a) ** 2 + (place[1] - b) ** 2) ** 0.5) - off for (a, b), off in every)
 
     drawn = [
         (round(x * (2 * draw(seed, f"{what} x{i}") - 1), 3), round(y * (2 * draw(seed, f"{what} y{i}") - 1), 3))

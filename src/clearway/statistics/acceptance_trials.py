@@ -180,7 +180,7 @@ def notes(rows: Sequence[Row], tables: Sequence[pa.Table], criteria: Criteria) -
     if unusable := [r for r in rows if useless(r)]:
         found.append(f"to be recorded again: {_named(unusable)}")
     if broken := [r for r in rows if r.get("outcome") == Outcome.SCENARIO_FAILED]:
-        found.append(f"to be run again, as a behaviour of the scenario's people failed: {_named(broken)}")
+        found.append(f"to be run again, as their scenario failed: {_named(broken)}")
     return found
 
 

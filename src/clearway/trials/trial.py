@@ -30,6 +30,8 @@ GOING_ON = "while the robot moves"
 """In the reason of an aborted recording: with one of these it begins if a person ended the attempt, so it ends if the recording did."""
 OBSERVED = "observed by the operator"
 """What is said of a contact of which nobody said when it was."""
+AS_PLACED = "where it was placed"
+"""How the reason of a simulated collision ends if the trial began with it."""
 TOUCHED, HELPED = "touched", "helped"
 """In a recording's provenance: whether the operator saw a contact (None: not said), how often a person helped (None: not said)."""
 
@@ -42,7 +44,9 @@ class Outcome(StrEnum):
     TIMEOUT = "timeout"
     LIVELOCK = "livelock"
     NAVIGATOR_FAILED = "navigator_failed"  # raised, or gave no finite command
-    SCENARIO_FAILED = "scenario_failed"  # a behaviour of its people did: it tells nothing of the navigator
+    SCENARIO_FAILED = (
+        "scenario_failed"  # by a behaviour of its people or as it was built: it tells nothing of the navigator
+    )
     ABORTED = "aborted"  # the navigator gave up, or a person stopped it
 
 

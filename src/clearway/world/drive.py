@@ -16,6 +16,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
 from clearway.robots import Robot
 from clearway.trials import Body, Event, Outcome, Snapshot
+from clearway.trials.trial import AS_PLACED
 from clearway.world.goal_and_progress_checker import GoalAndProgressChecker
 from clearway.world.log import Log
 from clearway.world.traffic import Traffic
@@ -107,7 +108,7 @@ class Drive:
         self.world.begin()
         touched = self.world.touching()
         if touched is not None:
-            self._contact(0.0, 0.0, touched, " where it was placed")
+            self._contact(0.0, 0.0, touched, f" {AS_PLACED}")
             return
         try:
             self._pilot.reset(self.task, self._robot, self._rng)

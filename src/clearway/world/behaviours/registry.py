@@ -18,18 +18,15 @@ from clearway.geometry.shapes import FloatArray, Shape, row_of_discs
 from clearway.robots import load_robot
 from clearway.scenarios.behaviours import BEHAVIOURS, OperatorSpec, find_behaviour
 from clearway.scenarios.people import PersonSpec
+from clearway.scenarios.people_floor import CELL, MARGIN, floor_size, places_of
 from clearway.scenarios.scenario import ObstacleSpec, RobotBodySpec, Scenario
 from clearway.trials import Body
 from clearway.world.behaviours.behaviour import Behaviour, Cast, CompiledBehaviour, Things
 from clearway.world.behaviours.foreign import Foreign
 from clearway.world.behaviours.operator import Operator
 
-CELL = 0.1
-"""Edge of the cells of people's floor, m."""
 BULGE = 0.1
 """The discs as which people see what moves stick out of it by so much at most, m."""
-MARGIN = 2.0
-"""People's floor ends so far beyond everything that stands and everywhere that they go, m."""
 
 
 def behaviours_of(scenario: Scenario, bodies: Sequence[Body]) -> list[Behaviour | CompiledBehaviour]:
@@ -90,16 +87,8 @@ def _things(shapes: Sequence[Shape]) -> Things:
 
 def _room(people: Sequence[PersonSpec], standing: Sequence[tuple[Shape, FloatArray]]) -> Room:
     """The room that what stands leaves, everywhere that `people` go and a little beyond."""
-    places = tuple(q for p in people for q in (p.start, *(stop.at for stop in p.route), *_corners(p.track)))
+    places = tuple(place for person in people for place in places_of(person))
     return _room_among(places, tuple((shape, tuple(pose.tolist())) for shape, pose in standing))
-
-
-def _corners(track: Sequence[tuple[float, float, float]]) -> Sequence[tuple[float, float]]:
-    """Of the box around a recorded track, two that lie across from each other."""
-    if not track:
-        return ()
-    _, x, y = zip(*track, strict=True)
-    return (min(x), min(y)), (max(x), max(y))
 
 
 @lru_cache(maxsize=16)
@@ -110,7 +99,6 @@ def _room_among(
     standing = [(shape, np.array(pose)) for shape, pose in still]
     everything = np.concatenate([np.array(places), *(outline(shape, pose) for shape, pose in standing)])
     low, high = everything.min(axis=0) - MARGIN, everything.max(axis=0) + MARGIN
-    columns, rows = (np.ceil((high - low) / CELL).astype(int) + 1).tolist()
     origin = float(low[0]), float(low[1])
-    taken = rasterise(standing, (rows, columns), CELL, origin)
+    taken = rasterise(standing, floor_size(low, high), CELL, origin)
     return room_of(OccupancyGrid(np.where(taken, OCCUPIED, FREE).astype(np.int8), CELL, origin), CELL)
