@@ -66,7 +66,8 @@ inline bool receive(Value& message) {  // false: Clearway has closed the line
 
 inline std::string big_endian(uint64_t x, int n) { std::string s; while (n--) s += char(x >> 8 * n); return s; }
 inline std::string pack(double x) { uint64_t bits; std::memcpy(&bits, &x, 8); return '\xcb' + big_endian(bits, 8); }
-inline std::string pack(const std::string& s) { return char(0xa0 | s.size()) + s; }  // up to 31 bytes
+inline std::string pack(const std::string& s) { return (s.size() < 32 ? std::string(1, char(0xa0 | s.size())) : '\xda' + big_endian(s.size(), 2)) + s; }
+inline std::string pack(const char* s) { return pack(std::string(s)); } inline std::string pack(bool b) { return b ? "\xc3" : "\xc2"; }
 inline std::string pack(const std::vector<std::string>& l) { std::string s(1, char(0x90 | l.size())); for (auto& x : l) s += pack(x); return s; }
 
 inline void send(const std::string& type, const std::map<std::string, std::string>& packed) {
@@ -75,5 +76,4 @@ inline void send(const std::string& type, const std::map<std::string, std::strin
   b = big_endian(b.size(), 4) + b;
   std::fwrite(b.data(), 1, b.size(), stdout), std::fflush(stdout);
 }
-
 }  // namespace clearway

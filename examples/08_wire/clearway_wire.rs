@@ -59,7 +59,9 @@ pub fn receive() -> Option<Value> { // None: Clearway has closed the line
     Some(read(&mut &body[..]))
 }
 
-pub fn text(s: &str) -> Vec<u8> { [&[0xa0 | s.len() as u8], s.as_bytes()].concat() } // of up to 31 bytes, in MessagePack
+pub fn text(s: &str) -> Vec<u8> { // in MessagePack; true is vec![0xc3], false vec![0xc2]
+    [if s.len() < 32 { vec![0xa0 | s.len() as u8] } else { vec![0xda, (s.len() >> 8) as u8, s.len() as u8] }, s.as_bytes().to_vec()].concat()
+}
 
 pub fn texts(list: &[&str]) -> Vec<u8> {
     list.iter().fold(vec![0x90 | list.len() as u8], |packed, s| [packed, text(s)].concat())

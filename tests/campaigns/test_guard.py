@@ -386,3 +386,8 @@ def test_workers_that_compile_end_with_their_parent(tmp_path: Path) -> None:
     began = time.monotonic()
     assert left_over(process.pid) == []
     assert time.monotonic() - began < 5.0
+
+
+def test_a_number_beyond_all_floats_is_no_speed() -> None:
+    with pytest.raises(ValueError, match="v is a whole number too large for any speed"):
+        plain_command(Command(10**400, 0.0))

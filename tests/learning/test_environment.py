@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -319,6 +320,7 @@ def test_every_scenario_comes_once_a_round() -> None:
         ({"suite": "sar-team"}, "make_team"),
         ({"suite": "hospital", "localisation": "gps"}, "unknown localisation 'gps'"),
         ({"suite": "hospital", "localisation": 3}, "localisation: 3 is not a name"),
+        ({"suite": "hospital", "tracking": "kalmann"}, "unknown tracking 'kalmann'; did you mean 'kalman'"),
         ({"suite": "hospital", "reward": "x"}, "reward: 'x' is no function"),
         ({"suite": "hospital", "normalised": "false"}, "normalised: 'false' is none; True or False is"),
         ({"suite": "hospital", "flat": "no"}, "flat: 'no' is none"),
@@ -333,6 +335,12 @@ def test_every_scenario_comes_once_a_round() -> None:
 def test_what_is_wrong_is_said_before_anything_runs(options: dict[str, Any], said: str) -> None:
     with pytest.raises(ClearwayError, match=said):
         clearway.learning.make(**options)
+
+
+def test_what_is_registered_can_be_written_down() -> None:
+    env = gymnasium.make("clearway/Crowd-v0", obstacles=1)
+    assert env.spec is not None
+    assert json.loads(env.spec.to_json())["kwargs"] == {"suite": "crowd", "obstacles": 1}
 
 
 def test_whole_numbers_of_numpy_are_taken() -> None:

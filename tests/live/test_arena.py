@@ -108,9 +108,21 @@ def test_what_it_does_wrong_is_said(kind: str, says: str, monkeypatch: pytest.Mo
     made.close()
 
 
+def test_one_that_dies_before_it_connects_is_told_at_once(tmp_path: Path) -> None:
+    shutil.copytree(PLANNER, tmp_path / "planner")
+    (tmp_path / "planner" / "planner.py").write_text("import sys\nsys.exit('no module torch')\n")
+    with pytest.raises(ClearwayError, match=r"ended with exit code 1; the last line .* 'no module torch'"):
+        make_navigator(f"arena:{tmp_path / 'planner'}[python={sys.executable}]")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
+        (
+            "{type: RobotPoseTFGenerator}",
+            "{type: [RobotPoseTFGenerator]}",
+            "robot_pose_from_tf.type: .* is not to be had",
+        ),
         ("differential_drive", "flying", "action_type: 'flying' is none; differential_drive and"),
         (
             "nav_msgs/Path",

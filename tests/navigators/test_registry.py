@@ -152,6 +152,7 @@ def test_options_stand_behind_a_name() -> None:
     assert name == "hp-tmpc"
     assert options == {"solver": "genetic", "prediction_horizon": 10, "w1": 0.5}
     assert registry.split_options("own.py:Mine") == ("own.py:Mine", {})
+    assert registry.split_options("exec:python3 p.py [1,2]") == ("exec:python3 p.py [1,2]", {})
     made = registry.make_navigator("move-base[base_local_planner=TrajectoryPlannerROS]")
     assert type(made).__name__ == "MoveBase"
     for wrong in ("move-base[]", "move-base[speed]", "move-base[=1]"):

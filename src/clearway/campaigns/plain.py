@@ -78,7 +78,10 @@ def plain_diagnostics(shown: object, room: int = MOST_SHOWN) -> tuple[Diagnostic
 def _finite(value: object, what: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
         raise TypeError(f"{what} is {_brief(value)}, not a number")
-    number = float.__float__(value) if isinstance(value, float) else float(value)
+    try:
+        number = float.__float__(value) if isinstance(value, float) else float(value)
+    except OverflowError:
+        raise ValueError(f"{what} is a whole number too large for any speed") from None
     if not math.isfinite(number):
         raise ValueError(f"{what} = {number} is not finite")
     return number

@@ -8,8 +8,6 @@ It needs Gymnasium, and `make_team` PettingZoo: `pip install 'clearway[learning]
 
 from __future__ import annotations
 
-from functools import partial
-
 import gymnasium
 
 from clearway.errors import ClearwayError
@@ -38,4 +36,4 @@ def _for_one(suite: str) -> bool:
 
 
 for _suite in filter(_for_one, suite_names()):
-    gymnasium.register(environment_id(_suite), partial(make, _suite), order_enforce=False)
+    gymnasium.register(environment_id(_suite), "clearway.learning:make", order_enforce=False, kwargs={"suite": _suite})

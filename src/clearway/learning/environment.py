@@ -19,6 +19,7 @@ from clearway.learning.rewards import Reward, Step, default_reward, numbers_of, 
 from clearway.learning.scenes import Scenes
 from clearway.learning.spaces import action_space, observation_space, seen
 from clearway.navigators.learnt.encoding import Acting, Numbers, Seeing
+from clearway.perception.trackers import TRACKERS
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.selecting import text
 from clearway.scenarios.suite import Selection
@@ -64,6 +65,8 @@ def view(
         if not isinstance(given, bool):
             raise ClearwayError(f"{shown(given)} is none; True or False is", field=name)
     where, how = text(localisation, "localisation"), text(tracking, "tracking")
+    if how is not None and how not in TRACKERS:
+        raise unknown("tracking", how, TRACKERS)
     return View(Seeing(beams, obstacles), Acting(normalised), flat, reward, where, how, indicators)
 
 

@@ -94,13 +94,14 @@ def read_manifest(file: Path) -> Manifest:
     for name, source in _table(observed.get("datasources"), file, "observations.datasources").items():
         field = f"observations.datasources.{name}"
         kind = _table(source, file, field).get("type")
-        if kind not in _NEEDS:
+        if not isinstance(kind, str) or kind not in _NEEDS:
             raise ClearwayError(
                 f"{shown(kind)} is not to be had; {', '.join(_NEEDS)} are", file=file, field=f"{field}.type"
             )
         about = _table(source.get("params"), file, f"{field}.params")
         for key, least in (("lookahead", 0.01), ("canonical_beams", 2)):
-            if not isinstance(value := about.get(key, least), int | float) or not least <= value <= 100_000:
+            wanted = int | float if key == "lookahead" else int
+            if not isinstance(value := about.get(key, least), wanted) or not least <= value <= 100_000:
                 raise ClearwayError(
                     f"{shown(value)} is none; {least} or more is", file=file, field=f"{field}.params.{key}"
                 )
@@ -180,9 +181,11 @@ class Session:
         Raises:
             WireError: it has ended, or answers something else.
         """
-        self._sockets[where].send(self._pack(frame, default=_array))
+        left: bytes | None = self._pack(frame, default=_array)
         until = None if limit is None else time.monotonic() + limit
         while True:
+            if left is not None and self._sent(where, left):
+                left = None
             for socket, _ in self._poller.poll(_LOOK):
                 answer = self._read(socket.recv())
                 if answer["op"] == expected and answer.get("seq") == frame.get("seq"):
@@ -194,6 +197,16 @@ class Session:
                 raise WireError(fate_of(self._process))
             if until is not None and time.monotonic() > until:
                 raise WireError(f"did not answer {frame['op']} within {limit:g} s")
+
+    def _sent(self, where: str, frame: bytes) -> bool:
+        """Whether a frame could be sent: it can't before the planner has connected, nor once it has gone."""
+        import zmq
+
+        try:
+            self._sockets[where].send(frame, zmq.NOBLOCK)
+        except zmq.Again:
+            return False
+        return True
 
     def leave(self) -> None:
         """Have it end by itself, for a moment, then end it."""

@@ -182,12 +182,12 @@ def check_parameters(name: str, navigator: Navigator, robot: Robot, *, mapped: b
 
 
 def split_options(name: str) -> tuple[str, dict[str, Any]]:
-    """The name without its options, and these: numbers, true and false as such, all else as text.
+    """The name without its options, and these: numbers, true and false as such, all else as text. A command line (`exec:`) has none.
 
     Raises:
         ClearwayError: the brackets don't hold `option=value` parts.
     """
-    if not name.endswith("]"):
+    if not name.endswith("]") or name.startswith("exec:"):
         return name, {}
     plain, _, inside = name[:-1].partition("[")
     options: dict[str, Any] = {}

@@ -152,6 +152,8 @@ def test_a_policy_drives_a_trial(tmp_path: Path) -> None:
         ({"about": about(normalised="false")}, "normalised: 'false' is none; true or false is"),
         ({"about": about(normalised=0)}, "normalised: 0 is none; true or false is"),
         ({"weight_2": np.zeros((2, 2), np.float32)}, "holds no policy .*bias_2"),
+        ({"log_std": np.zeros(2, np.float32)}, "holds 'log_std' beside a policy"),
+        ({"mean": np.zeros(3, complex)}, "mean: holds complex128, and no numbers"),
         ({"bias_1": None}, "holds no policy .*bias_1"),
         ({"mean": np.float32(0.0)}, r"mean: is \(\); one row"),
         ({"bias_0": np.float32(0.0)}, r"bias_0: is \(\); one row"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -84,14 +85,20 @@ def read_npz(file: Path) -> Policy:
             raise ClearwayError(
                 f"{shown(about['format'])} is no format that is read; {FORMAT} is", file=file, field="format"
             )
+        for name, array in arrays.items():
+            if array.dtype.kind not in "fiu":
+                raise ClearwayError(f"holds {array.dtype}, and no numbers", file=file, field=name)
         mean, scale = (arrays.pop(name).astype(np.float32) for name in ("mean", "scale"))
+        known = re.compile(r"(weight|bias)_\d+")
+        if strange := [name for name in arrays if not known.fullmatch(name)]:
+            raise ClearwayError(f"holds {shown(strange[0])} beside a policy; take it away", file=file)
         n = (len(arrays) + 1) // 2  # so that one without its other half is missed, not left out
         layers = [(arrays[f"weight_{k}"].astype(np.float32), arrays[f"bias_{k}"].astype(np.float32)) for k in range(n)]
         if not isinstance(normalised := about["normalised"], bool):
             raise ClearwayError(f"{shown(normalised)} is none; true or false is", file=file, field="normalised")
         seeing, acting = Seeing(about["beams"], about["obstacles"]), Acting(normalised)
-    except ClearwayError:
-        raise
+    except ClearwayError as error:
+        raise ClearwayError(error.problem, file=file, field=error.field) from error
     except _BROKEN as error:
         raise ClearwayError(
             f"holds no policy ({type(error).__name__}: {error}); docs/how-to/learning.md says what it must", file=file
