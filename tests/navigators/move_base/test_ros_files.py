@@ -146,6 +146,82 @@ def test_pals_files_their_layers_recoveries_and_old_names(tmp_path: Path) -> Non
     assert told["local_costmap.width"][2:4] == ("5.0", "10.0")
 
 
+LAYERED = """
+plugins:
+  - {name: static, type: "costmap_2d::StaticLayer"}
+  - {name: obstacles, type: "costmap_2d::%s"}
+  - {name: inflation, type: "costmap_2d::InflationLayer"}
+static: {track_unknown_space: true, lethal_cost_threshold: 100}
+obstacles: {observation_sources: scan, track_unknown_space: true, obstacle_range: 1.0, scan: {data_type: LaserScan, clearing: true}}
+inflation: {inflation_radius: 0.5, cost_scaling_factor: 5.0, inflate_unknown: true}
+track_unknown_space: false
+lethal_cost_threshold: 65
+obstacle_range: 4.0
+raytrace_range: 6.0
+inflation_radius: 1.2
+"""
+
+
+def test_a_costmaps_values_are_copied_over_its_layers(tmp_path: Path) -> None:
+    place = folder(tmp_path, {"local_costmap.yaml": LAYERED % "ObstacleLayer"})
+    costmap = read(place, "").local_costmap
+    static, obstacles, inflation = costmap.static_layer, costmap.obstacle_layer, costmap.inflation_layer
+    assert static is not None
+    assert obstacles is not None
+    assert inflation is not None
+    assert (static.track_unknown_space, static.lethal_cost_threshold) == (False, 65)
+    assert (obstacles.track_unknown_space, obstacles.obstacle_range, obstacles.raytrace_range) == (False, 4.0, 6.0)
+    assert (inflation.inflation_radius, inflation.cost_scaling_factor, inflation.inflate_unknown) == (1.2, 5.0, True)
+    found = table(place, "")
+    assert found.all_known
+    assert len({row.name for row in found.rows}) == len(found.rows)
+    told = rows(place)
+    for name in (
+        "track_unknown_space",
+        "lethal_cost_threshold",
+        "obstacle_range",
+        "raytrace_range",
+        "inflation_radius",
+    ):
+        assert told[f"local_costmap.{name}"].status == "read"
+    over = told["local_costmap.inflation.inflation_radius"]
+    assert (over.status, over.note) == ("ignored", "local_costmap.inflation_radius is copied over it")
+    assert told["local_costmap.inflation.cost_scaling_factor"].status == "read"
+
+
+def test_of_a_voxel_layer_a_costmap_has_ranges_where_the_layer_has_none(tmp_path: Path) -> None:
+    place = folder(tmp_path, {"local_costmap.yaml": LAYERED % "VoxelLayer"})
+    layer = read(place, "").local_costmap.obstacle_layer
+    assert layer is not None
+    assert (layer.track_unknown_space, layer.obstacle_range, layer.raytrace_range) == (True, 1.0, 6.0)
+    told = rows(place)
+    over = told["local_costmap.obstacle_range"]
+    assert (over.status, over.note) == ("ignored", "local_costmap.obstacles.obstacle_range holds")
+    assert told["local_costmap.raytrace_range"].status == "read"
+
+
+def test_what_no_layer_gets_of_its_costmap_is_ignored(tmp_path: Path) -> None:
+    told = rows(folder(tmp_path, {"local_costmap.yaml": "plugins: []\ninflation_radius: 1.0\n"}))
+    assert told["local_costmap.inflation_radius"][0::4] == ("ignored", "no layer is listed that would get it")
+
+
+def test_without_a_list_of_layers_what_the_costmap_has_is_moved_over_theirs(tmp_path: Path) -> None:
+    place = folder(
+        tmp_path,
+        {
+            "global_costmap.yaml": "static_map: true\ntrack_unknown_space: false\nmap_type: voxel\nobstacle_range: 4.0\n"
+            "observation_sources: scan\nscan: {data_type: LaserScan, marking: false, clearing: true}\n"
+            "obstacle_layer: {obstacle_range: 1.0, scan: {data_type: LaserScan, marking: true}}\n"
+        },
+    )
+    costmap = read(place, "").global_costmap
+    assert costmap.static_layer is not None
+    assert costmap.obstacle_layer is not None
+    assert not costmap.static_layer.track_unknown_space
+    layer = costmap.obstacle_layer
+    assert (layer.obstacle_range, layer.marking, layer.clearing) == (4.0, False, True)
+
+
 def test_a_sensors_range_is_looked_for_upwards(tmp_path: Path) -> None:
     layer = "plugins: [{name: o, type: 'costmap_2d::VoxelLayer'}]\no: {observation_sources: a b, a: {data_type: LaserScan%s},"
     sensors = layer + " b: {data_type: LaserScan, marking: false, clearing: true, raytrace_range: 9.0}}\n"
@@ -227,7 +303,7 @@ def test_a_planner_or_list_that_is_wrong_hides_no_other_parameter(tmp_path: Path
         "DWAPlannerROS.max_vl_x": "unknown",
         "local_costmap.width": "read",
         "local_costmap.a": "missing",
-        "global_costmap.inflation_layer.inflation_radius": "read",
+        "global_costmap.inflation_radius": "read",
         "global_costmap.obstacle_layer.observation_sources": "read",
     }
 

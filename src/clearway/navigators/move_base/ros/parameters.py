@@ -1,7 +1,8 @@
 """What a robot's own ROS 1 files mean for move_base here, and what becomes of each parameter in them.
 
-Read from ros-planning/navigation (noetic): move_base/src/move_base.cpp, costmap_2d/src/costmap_2d_ros.cpp (resetOldParameters, where a
-file lists no layers) and plugins/obstacle_layer.cpp (a sensor's ranges are looked for upwards through the namespaces).
+Read from ros-planning/navigation (noetic): move_base/src/move_base.cpp, costmap_2d/src/costmap_2d_ros.cpp (loadOldParameters, where a
+file lists no layers; copyParentParameters, what a costmap puts over its layers' values) and plugins/obstacle_layer.cpp (a sensor's
+ranges are looked for upwards through the namespaces).
 """
 
 from __future__ import annotations
@@ -240,12 +241,17 @@ class Told:
         """A costmap and its layers."""
         old = "plugins" not in space
         layers = _old_layers(space) if old else self._layers(space["plugins"], f"{where}.plugins")
-        ignored = names.COSTMAP | {"plugins": "see its layers below"}
-        moved = set(_MOVED) | set(str(space.get("observation_sources", "")).split()) if old else set(_SEARCHED)
-        own = {
+        built = {names.LAYERS.get(kind) for kind in layers.values()}
+        idle = {n: "no layer is listed that would get it" for part in _COPIED.keys() - built for n in _COPIED[part]}
+        ignored = names.COSTMAP | idle | {"plugins": "see its layers below"}
+        moved = {n for part in _COPIED.keys() & built for n in _COPIED[part]} - set(Costmap.model_fields)
+        if old:
+            moved |= {"observation_sources", *str(space.get("observation_sources", "")).split()}
+        here = {
             n: v for n, v in space.items() if n not in (*moved, "footprint", "robot_radius", "global_frame", *layers)
         }
-        values = self._take(own, Costmap, where, ignored, but=_OURS["costmap"], also=moved)
+        values = self._take(here, Costmap, where, ignored, but=_OURS["costmap"], also=moved)
+        given = {n: v for n, v in space.items() if n not in here} | values
         values |= self._outline(space, where)
         if "global_frame" in space:
             self._row("read", f"{where}.global_frame", space["global_frame"])
@@ -261,13 +267,11 @@ class Told:
                     names.CLOSEST.get(kind, "none") if part is None else f"the {part} above, of which there is one here"
                 )
                 self._row("missing", at, kind, note=f"closest is {closest}; it is left out")
-            elif part == "static_layer":
-                values[part] = self._take(table, StaticLayer, at, names.LAYER)
-            elif part == "inflation_layer":
-                table = {**({n: space[n] for n in _INFLATION if n in space} if old else {}), **table}
-                values[part] = self._take(table, InflationLayer, at, names.LAYER)
+            elif part == "obstacle_layer":
+                searched = kind == "costmap_2d::VoxelLayer" and not old
+                values[part] = {"name": name, **self._obstacles(given, table, at, old, searched)}
             else:
-                values[part] = self._obstacles(space, table, name, at, old)
+                values[part] = self._layer(given, table, part, at)
         for name, value in space.items():
             if isinstance(value, dict) and name not in layers and name not in moved:
                 if note := did_you_mean(name, layers):
@@ -316,14 +320,45 @@ class Told:
                 self._row("read", f"{where}.robot_radius", space["robot_radius"])
         return given
 
+    def _layer(
+        self,
+        costmap: Mapping[str, Any],
+        layer: Mapping[str, Any],
+        part: str,
+        where: str,
+        but: Collection[str] = (),
+        searched: bool = False,
+    ) -> dict[str, Any]:
+        """A layer's values, and what it has of its costmap.
+
+        Args:
+            costmap: The costmap's values.
+            layer: The layer's own.
+            part: That it plays.
+            where: Its name.
+            but: As for `_take`.
+            searched: Whether the costmap's ranges hold where the layer has none, and nothing is copied.
+        """
+        above, model = where.rpartition(".")[0], _PARTS[part]
+        shared = {n: costmap[n] for n in (_SEARCHED if searched else _COPIED[part]) if n in costmap}
+        for n in [n for n in shared if n in layer]:
+            if searched:
+                self._row("ignored", f"{above}.{n}", shared.pop(n), note=f"{where}.{n} holds")
+            else:
+                self._row("ignored", f"{where}.{n}", layer[n], note=f"{above}.{n} is copied over it")
+        values = self._take({n: v for n, v in layer.items() if n not in shared}, model, where, names.LAYER, but=but)
+        told = {
+            n: v for n, v in shared.items() if n in Costmap.model_fields
+        }  # which has its line, as the costmap's own
+        return values | told | self._take({n: v for n, v in shared.items() if n not in told}, model, above, {})
+
     def _obstacles(
-        self, costmap: Mapping[str, Any], layer: Mapping[str, Any], name: str, where: str, old: bool
-    ) -> dict[str, Any] | None:
+        self, costmap: Mapping[str, Any], layer: Mapping[str, Any], where: str, old: bool, searched: bool
+    ) -> dict[str, Any]:
         """An obstacle layer; its sensors that are lidars are all the robot's."""
-        if old:
-            layer = {**{n: costmap[n] for n in _OBSTACLES if n in costmap}, **layer}
-        listed = str(layer.get("observation_sources", "")).split()
-        sources = {s: _table(layer, s) or (_table(costmap, s) if old else {}) for s in listed}
+        lists = costmap if old and "observation_sources" in costmap else layer
+        listed = str(lists.get("observation_sources", "")).split()
+        sources = {s: _table(lists, s) or _table(layer, s) for s in listed}
         for source, table in sources.items():
             seen = "marking", "clearing", "inf_is_valid", "observation_persistence", *_SEARCHED
             known = {n: v for n, v in table.items() if n in seen}
@@ -343,30 +378,32 @@ class Told:
                     self._row("unknown", f"{where}.{source}.{n}", value, note=did_you_mean(n, [*seen, *names.SOURCE]))
         own = {n: v for n, v in layer.items() if n not in (*sources, "observation_sources")}
         sensors = ("name", "marking", "clearing", "inf_is_valid", "observation_persistence")
-        values = self._take(own, ObstacleLayer, where, names.LAYER, but=sensors)
+        values = self._layer(costmap, own, "obstacle_layer", where, sensors, searched)
         self._row("read", f"{where}.observation_sources", " ".join(listed))
         lidars = {s: t for s, t in sources.items() if t.get("data_type", "PointCloud") == "LaserScan"}
         marking = [t for t in lidars.values() if t.get("marking", True)]
         clearing = [t for t in lidars.values() if t.get("clearing", False)]
         first = (marking or clearing or [{}])[0]
-        values |= {"name": name, "marking": bool(marking), "clearing": bool(clearing)}
+        values |= {"marking": bool(marking), "clearing": bool(clearing)}
         for field, usual in (("obstacle_range", marking), ("raytrace_range", clearing)):
-            for space in (*usual[:1], values, costmap, self._tree):
-                if field in space:
-                    if space is costmap and not old:
-                        values |= self._take({field: space[field]}, ObstacleLayer, where.rpartition(".")[0], {})
-                    else:
-                        values[field] = space[field]
-                    break
+            found = next((space for space in (*usual[:1], values, self._tree) if field in space), {})
+            values |= {n: v for n, v in found.items() if n == field}
         values |= {n: first[n] for n in ("inf_is_valid", "observation_persistence") if n in first}
         return values
 
 
+_PARTS: dict[str, type[BaseModel]] = {
+    "static_layer": StaticLayer,
+    "obstacle_layer": ObstacleLayer,
+    "inflation_layer": InflationLayer,
+}
 _SEARCHED = ("obstacle_range", "raytrace_range")
-_OBSTACLES = (*_SEARCHED, "observation_sources", "max_obstacle_height")
-_INFLATION = ("inflation_radius", "cost_scaling_factor")
-_MOVED = (*_OBSTACLES, *_INFLATION)
-"""What a costmap without a list of layers has for them."""
+_COPIED = {
+    "static_layer": ("lethal_cost_threshold", "track_unknown_space"),
+    "obstacle_layer": (*_SEARCHED, "track_unknown_space"),
+    "inflation_layer": ("inflation_radius", "cost_scaling_factor"),
+}
+"""What a costmap puts over the values of its layers; of a VoxelLayer in a list only heights, which mean nothing here."""
 
 
 def _old_layers(space: Mapping[str, Any]) -> dict[str, str]:
