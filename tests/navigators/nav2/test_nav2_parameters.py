@@ -317,6 +317,22 @@ def test_sources_of_a_layer_are_named_in_a_text() -> None:
     assert [(name, source.group.clearing) for name, source in found.items()] == [("front", False), ("rear", True)]  # type: ignore[attr-defined]
 
 
+def test_a_sensor_of_another_type_than_nav2_takes_is_an_error(tmp_path: Path) -> None:
+    """It throws on it; a costmap that saw nothing drove into what stood there."""
+    layer = "o: {plugin: 'nav2_costmap_2d::ObstacleLayer', observation_sources: a b, a: {data_type: %s}, b: {data_type: PointCloud2}}"
+    text = f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [o], {layer}}}}}}}"
+    said = "local_costmap.o.a.data_type: 'laser_scan' is wrong: input should be 'LaserScan' or 'PointCloud2'"
+    path = written(tmp_path, text % "laser_scan")
+    assert [str(problem) for problem in table(path).problems] == [f"{path}: {said}"]
+    with pytest.raises(ClearwayError, match=said):
+        read(path, load_robot("turtlebot4"))
+    found = table(written(tmp_path, text % "LaserScan"))
+    assert {row.name: row.status for row in found.rows if row.name.endswith("data_type")} == {
+        "local_costmap.o.a.data_type": "read",
+        "local_costmap.o.b.data_type": "missing",
+    }
+
+
 def test_the_files_whose_content_decides_are_named(tmp_path: Path) -> None:
     tree = tmp_path / "mine.xml"
     tree.write_text("<root/>")

@@ -36,7 +36,9 @@ class StaticLayer(Group):
 class Source(Group):
     """A sensor of an obstacle or voxel layer. Whatever its name and topic are, it is the robot's lidar."""
 
-    data_type: str = Field(default="LaserScan", description="only LaserScan is there; a PointCloud2 sees nothing here")
+    data_type: Literal["LaserScan", "PointCloud2"] = Field(
+        default="LaserScan", description="only LaserScan is there; a PointCloud2 sees nothing here"
+    )
     marking: bool = Field(default=True, description="whether it marks obstacles")
     clearing: bool = Field(default=False, description="whether it clears along its rays")
     obstacle_max_range: NonNegative = Field(default=2.5, description="farthest mark from the sensor, m")
