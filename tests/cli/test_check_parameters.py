@@ -47,6 +47,19 @@ def test_what_is_no_such_file_is_said(clearway: Shell, tmp_path: Path) -> None:
         check_parameters(written(tmp_path, "image: a.pgm"))
 
 
+def test_heights_are_judged_for_the_robot_that_is_named(clearway: Shell, tmp_path: Path) -> None:
+    layer = "o: {plugin: 'nav2_costmap_2d::ObstacleLayer', observation_sources: s, s: {max_obstacle_height: 0.1}}"
+    path = written(tmp_path, f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [o], {layer}}}}}}}")
+    assert "hears nothing" not in clearway("check", path).out
+    assert (
+        "the lidar of hosbot is 0.136 m above the ground: this sensor hears nothing of it"
+        in clearway("check", path, "--robot", "hosbot").out
+    )
+    said = clearway("check", path, "--robot", "hosbott")
+    assert said.code == 2
+    assert "did you mean 'hosbot'?" in said.err
+
+
 def test_a_ros_1_packages_folder_is_told_of_alike(clearway: Shell, tmp_path: Path) -> None:
     (tmp_path / "move_base_params.yaml").write_text("controller_frequency: 10.0\nshutdown_costmaps: true\n")
     (tmp_path / "costmap_common_params_waffle.yaml").write_text("robot_radius: 0.2\n")

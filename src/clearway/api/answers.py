@@ -412,10 +412,11 @@ def check_parameters(path: str | Path, robot: str | None = None) -> ParameterTab
 
     Args:
         path: A file of Nav2's (`nav2_params.yaml`); or the folder of a ROS 1 package with those of move_base.
-        robot: The robot's name, by which a file is chosen where a ROS 1 package has one for each of several.
+        robot: Who would drive with them: by its name a file is chosen where a ROS 1 package has one for each of several, by its
+            lidar the heights of Nav2's costmaps are judged.
 
     Raises:
-        ClearwayError: it can't be read, or holds no such parameters.
+        ClearwayError: it can't be read, or holds no such parameters, or there is no such robot.
     """
     from clearway.navigators.parameter_files import parameter_table
 

@@ -333,6 +333,45 @@ def test_a_sensor_of_another_type_than_nav2_takes_is_an_error(tmp_path: Path) ->
     }
 
 
+SEEING = """
+local_costmap:
+  local_costmap:
+    ros__parameters:
+      plugins: [o, v, idle]
+      o:
+        plugin: nav2_costmap_2d::ObstacleLayer
+        min_obstacle_height: 0.1
+        observation_sources: low silent cloud upside_down
+        low: {max_obstacle_height: 0.1}
+        cloud: {data_type: PointCloud2}
+        upside_down: {min_obstacle_height: 0.3, max_obstacle_height: 0.2}
+      v: {plugin: nav2_costmap_2d::VoxelLayer, z_voxels: 1, observation_sources: s, s: {max_obstacle_height: 2.0}}
+      idle: {plugin: nav2_costmap_2d::ObstacleLayer, enabled: false, observation_sources: s}
+"""
+
+
+@pytest.mark.parametrize(
+    ("robot", "deaf", "said"),
+    [
+        (None, {"o.silent.max", "o.upside_down.max"}, "hears nothing of a lidar that is above the ground"),
+        ("jackal", {"o.silent.max", "o.upside_down.max"}, "how high that of jackal is, is not known, and it is heard here"),
+        ("tiago", {"o.min", "o.silent.max", "o.upside_down.min"}, "the lidar of tiago is 0.0945 m above the ground: this "),
+        ("tiago-omni", {"o.low.max", "o.silent.max", "o.upside_down.max", "v.z_voxels"}, "the lidar of tiago-omni is 0.209 m"),
+    ],
+)  # fmt: skip
+def test_what_sees_nothing_of_a_lidar_for_its_height_is_told(
+    tmp_path: Path, robot: str | None, deaf: set[str], said: str
+) -> None:
+    found = table(written(tmp_path, SEEING), None if robot is None else load_robot(robot))
+    noted = {row.name: row for row in found.rows if "nothing of" in row.note}
+    assert {name.removeprefix("local_costmap.").removesuffix("_obstacle_height") for name in noted} == deaf
+    assert all(said in row.note for row in noted.values())
+    absent = noted["local_costmap.o.silent.max_obstacle_height"]
+    assert (absent.status, absent.value) == ("default", "0.0")
+    assert found.all_known
+    assert len({row.name for row in found.rows}) == len(found.rows)
+
+
 def test_the_files_whose_content_decides_are_named(tmp_path: Path) -> None:
     tree = tmp_path / "mine.xml"
     tree.write_text("<root/>")

@@ -11,7 +11,7 @@ from clearway.errors import ClearwayError, nearest
 Status = Literal["read", "default", "ignored", "missing", "unknown"]
 STATUSES: dict[Status, str] = {
     "read": "holds",
-    "default": "is not in the file, and what holds without it differs between versions",
+    "default": "is not in the file, and what holds without it differs between versions or keeps out the lidar",
     "ignored": "means nothing here, for the reason that stands beside it",
     "missing": "would mean something and is not built; what is closest stands beside it",
     "unknown": "is read by nobody, in ROS neither",

@@ -186,17 +186,15 @@ class ObstacleLayer:
         heard = [
             source
             for source in sources
-            if source.data_type == "LaserScan"
-            and (height is None or source.min_obstacle_height <= height <= source.max_obstacle_height)
+            if source.data_type == "LaserScan" and (height is None or source.keeps_out(height) is None)
         ]
         self._ears = [_Ear(source) for source in heard]
-        self._marks = height is None or own.min_obstacle_height <= height <= own.max_obstacle_height
+        self._marks = height is None or own.keeps_out(height) is None
         self._voxel = isinstance(own, parameters.VoxelLayer)
         self._clears, self._cleared = True, FREE
         if isinstance(own, parameters.VoxelLayer):
-            top = own.origin_z + own.z_voxels * own.z_resolution
-            self._clears = height is None or own.origin_z <= height < top
-            self._marks = self._marks and (height is None or height < top) and own.mark_threshold == 0
+            self._clears = height is None or own.origin_z <= height < own.top
+            self._marks = self._marks and own.mark_threshold == 0
             if own.z_voxels > own.unknown_threshold + 1:  # of a column's 16 bits, used or not, one is known
                 self._cleared = UNKNOWN
         self._everything = False

@@ -16,6 +16,10 @@ _TOPIC = "there are no topics: the sensor is the robot's lidar, the map is the o
 _FRAMES = "there are no transforms to wait for"
 
 
+def _outside(low: float, high: float, height: float) -> str | None:
+    return "max_obstacle_height" if height > high else "min_obstacle_height" if height < low else None
+
+
 class StaticLayer(Group):
     """`nav2_costmap_2d::StaticLayer`: the map."""
 
@@ -63,6 +67,10 @@ class Source(Group):
     }
     MISSING: ClassVar[dict[str, str]] = {"PointCloud2": "data_type LaserScan; a point cloud sees nothing here"}
 
+    def keeps_out(self, height: float) -> str | None:
+        """The bound by which it doesn't hear a lidar of that height [m]; None: it hears it."""
+        return _outside(self.min_obstacle_height, self.max_obstacle_height, height)
+
 
 class ObstacleLayer(Group):
     """`nav2_costmap_2d::ObstacleLayer`."""
@@ -88,6 +96,10 @@ class ObstacleLayer(Group):
         sources = str(table.get("observation_sources", "")).split()
         return dict.fromkeys(sources, Source) | twice(sources, "observation_sources")
 
+    def keeps_out(self, height: float) -> str | None:
+        """The bound by which it doesn't mark what a lidar of that height [m] sees; None: it marks it."""
+        return _outside(self.min_obstacle_height, self.max_obstacle_height, height)
+
 
 class VoxelLayer(ObstacleLayer):
     """`nav2_costmap_2d::VoxelLayer`, as it shows in the plane: a lidar marks the voxels of one height."""
@@ -101,6 +113,15 @@ class VoxelLayer(ObstacleLayer):
     )
 
     IGNORED: ClassVar[dict[str, str]] = ObstacleLayer.IGNORED | {"publish_voxel_map": "nobody looks at it"}
+
+    @property
+    def top(self) -> float:
+        """Height at which its voxels end, m."""
+        return self.origin_z + self.z_voxels * self.z_resolution
+
+    def keeps_out(self, height: float) -> str | None:
+        """As for an obstacle layer; above its voxels it marks nothing either."""
+        return super().keeps_out(height) or ("z_voxels" if height >= self.top else None)
 
 
 class InflationLayer(Group):

@@ -11,8 +11,10 @@ from clearway.navigators.common.parameter_table import ParameterTable, Row, Stat
 from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.behavior_tree.reader import Trees, asked
 from clearway.navigators.nav2.parameters.branch import Branch, is_filled_in_at_launch, settle
+from clearway.navigators.nav2.parameters.costmaps import Costmap
 from clearway.navigators.nav2.parameters.file import Node, read_nodes
 from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.heights import with_heights
 from clearway.navigators.nav2.parameters.ignored import AMCL, EVERYWHERE, NODES
 from clearway.navigators.nav2.parameters.nav2_parameters import (
     ALL,
@@ -32,8 +34,12 @@ ABOUT = "defaults are those of Nav2's branch main (a3a97043), and where jazzy's 
 _ORDER: tuple[Status, ...] = ("read", "default", "missing", "ignored", "unknown")
 
 
-def table(path: Path) -> ParameterTable:
+def table(path: Path, robot: Robot | None = None) -> ParameterTable:
     """What becomes of the parameters in a file of ROS 2 parameters.
+
+    Args:
+        path: The file.
+        robot: Who would drive with it, by whose lidar the costmaps' heights are judged; None: nobody in particular.
 
     Raises:
         ClearwayError: it can't be read, or isn't what rcl takes for parameters.
@@ -53,7 +59,10 @@ def table(path: Path) -> ParameterTable:
         own = {name for node in nodes if not node.wild and node.matches(full) for name in node.values}
         before = len(problems)
         branch = settle(reader_of(server), given, server, path, problems)
-        for row in rows_of(branch, ""):
+        told = rows_of(branch, "")
+        if isinstance(branch.group, Costmap):
+            told = with_heights(told, branch, robot)
+        for row in told:
             if any(name == row.name or name.startswith(f"{row.name}.") for name in own) or row.status == "default":
                 rows.append(row._replace(name=f"{server}.{row.name}"))
             else:  # of a wildcard: what any server reads is read
