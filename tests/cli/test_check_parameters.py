@@ -47,6 +47,12 @@ def test_what_is_no_such_file_is_said(clearway: Shell, tmp_path: Path) -> None:
         check_parameters(written(tmp_path, "image: a.pgm"))
 
 
+def test_a_file_with_too_few_underscores_is_no_map(clearway: Shell, tmp_path: Path) -> None:
+    said = clearway.complaint("check", written(tmp_path, GOOD.replace("ros__", "ros_")))
+    assert "planner_server.ros_parameters: ROS 2 has no such name" in said
+    assert "`ros__parameters:`, with two underscores" in said
+
+
 def test_heights_are_judged_for_the_robot_that_is_named(clearway: Shell, tmp_path: Path) -> None:
     layer = "o: {plugin: 'nav2_costmap_2d::ObstacleLayer', observation_sources: s, s: {max_obstacle_height: 0.1}}"
     path = written(tmp_path, f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [o], {layer}}}}}}}")

@@ -126,6 +126,8 @@ def test_a_launch_files_placeholder_for_the_namespace_is_no_name(tmp_path: Path)
         ("n: {ros__parameters: {a: }}", "n.a: has no value"),
         ("n: {ros__parameters: 5}", "not parameters"),
         ("n: {a: 5}", "n.a: is 5 before 'ros__parameters'"),
+        ("n: {ros_parameters: {a: 5}}", "n.ros_parameters: ROS 2 has no such name; .* two underscores"),
+        ("n: {m: {ros__params: {a: 5}}}", "n.m.ros__params: ROS 2 has no such name"),
         ("n: {m: {}}", "holds no ROS 2 parameters"),
         ("ros__parameters: {a: 1}", "outside of any node"),
         ("/foo**: {ros__parameters: {a: 1}}", "no name of a node"),
@@ -153,7 +155,9 @@ def test_a_key_may_stand_twice_with_the_same_word(tmp_path: Path) -> None:
 def test_a_file_of_parameters_is_known_by_what_it_holds_and_not_by_its_name(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("n:\n\tros__parameters:\n")  # a broken one is one still
     (tmp_path / "b.yaml").write_text("image: map.pgm\nresolution: 0.05\n")
+    (tmp_path / "d.yaml").write_text("n: {ros_parameters: {a: 1}}\n")  # so is one that misspells the word
     assert is_ros_parameters(tmp_path / "a.yaml")
+    assert is_ros_parameters(tmp_path / "d.yaml")
     assert not is_ros_parameters(tmp_path / "b.yaml")
     assert not is_ros_parameters(tmp_path / "c.yaml")
 

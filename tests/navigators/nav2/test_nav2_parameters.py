@@ -112,6 +112,15 @@ def test_a_wildcards_parameter_is_unknown_only_if_no_server_reads_it(tmp_path: P
     assert rows == {"/**.use_sim_time": "ignored", "/**.cycle_frequency": "read", "/**.cicle_frequency": "unknown"}
 
 
+def test_a_wildcards_misspelt_name_is_told_with_the_nearest_of_any_server(tmp_path: Path) -> None:
+    text = "/**: {ros__parameters: {robot_radis: 0.3, default_bt_xml_filename: a.xml}}\n"
+    notes = {row.name: row.note for row in table(written(tmp_path, text)).rows if row.status == "unknown"}
+    assert notes == {
+        "/**.robot_radis": "did you mean 'robot_radius'?",
+        "/**.default_bt_xml_filename": "is called 'default_nav_to_pose_bt_xml' now; the old name does nothing",
+    }
+
+
 def test_a_wildcards_namespace_is_unread_only_if_no_server_reads_what_is_inside(tmp_path: Path) -> None:
     text = CONTROLLER + "/*: {ros__parameters: {FollowPath.batch_size: 500, Spare.a: 1}}\n"
     rows = {row.name: row.status for row in table(written(tmp_path, text)).rows if row.name.startswith("/*")}
@@ -130,6 +139,57 @@ def test_nodes_that_are_none_of_the_servers_are_told(tmp_path: Path) -> None:
     assert rows["planer_server"].status == "unknown"
     assert "'planner_server'" in rows["planer_server"].note
     assert rows["my_driver"].status == "ignored"
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "note"),
+    [
+        (
+            "local_costmap: {ros__parameters: {a: 1}}",
+            "local_costmap",
+            "its node is 'local_costmap.local_costmap': write the name twice, `local_costmap: local_costmap: ros__parameters: ...`",
+        ),
+        (
+            "local_costmp: {local_costmap: {ros__parameters: {a: 1}}}",
+            "local_costmp.local_costmap",
+            "no node of Nav2 has that name; did you mean 'local_costmap.local_costmap'?",
+        ),
+        (
+            "robot1: {controller_server: {ros__parameters: {}}, global_costmap: {ros__parameters: {a: 1}}}",
+            "global_costmap",
+            "its node is 'global_costmap.global_costmap': write the name twice, `global_costmap: global_costmap: ros__parameters: ...`",
+        ),
+    ],
+)
+def test_a_costmaps_node_has_its_name_twice(tmp_path: Path, text: str, name: str, note: str) -> None:
+    rows = {row.name: row for row in table(written(tmp_path, text)).rows}
+    assert rows[name][0::4] == ("unknown", note)
+
+
+@pytest.mark.parametrize(
+    ("plugin", "listed", "section", "other"),
+    [
+        ("nav2_mppi_controller::MPPIController", "GoalCritc", "GoalCritic", "PathAlignCritic"),
+        ("dwb_core::DWBLocalPlanner", "RotateToGol", "RotateToGoal", "GoalDist"),
+    ],
+)
+def test_a_misspelt_critic_in_a_list_doesnt_make_its_section_unknown(
+    tmp_path: Path, plugin: str, listed: str, section: str, other: str
+) -> None:
+    lines = f"      critics: [{listed}]\n      {section}.x: 1.0\n      {other}.x: 1.0\n"
+    found = table(written(tmp_path, CONTROLLER.replace("t/Driver", plugin) + lines))
+    (problem,) = found.problems
+    assert problem.field == "controller_server.FollowPath.critics"
+    rows = {row.name.removeprefix("controller_server.FollowPath."): row for row in found.rows}
+    assert rows[section][0::4] == ("missing", f"the list has {listed!r} in its place: see the problem of that")
+    assert rows[other].status == "ignored"  # as a critic that no list names
+
+
+def test_a_critics_section_is_no_misspelt_one_of_a_critic_that_is_listed(tmp_path: Path) -> None:
+    text = CONTROLLER.replace("t/Driver", "nav2_mppi_controller::MPPIController")
+    text += "      critics: [GoalAngleCritic]\n      GoalCritic: {cost_weight: 5.0}\n"
+    rows = {row.name: row for row in table(written(tmp_path, text)).rows}
+    assert rows["controller_server.FollowPath.GoalCritic"].status == "ignored"
 
 
 @pytest.mark.parametrize(

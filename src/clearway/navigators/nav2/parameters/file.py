@@ -12,10 +12,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from clearway.errors import ClearwayError, shown
+from clearway.errors import ClearwayError, nearest, shown
 from clearway.reading import read_ros_yaml
 
 PARAMETERS = "ros__parameters"
+_MEANT = re.compile(rb"\bros_+par\w*:")
+"""`ros__parameters:` or a word that is likely to mean it."""
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _STAND_IN = re.compile(r"<[A-Za-z_]+>")
 """What nav2_bringup's ReplaceString puts a robot's namespace in place of, such as `<robot_namespace>`."""
@@ -46,11 +48,11 @@ class Node(NamedTuple):
 
 
 def is_ros_parameters(path: Path) -> bool:
-    """Whether a file, by its name a YAML, holds ROS 2 parameters; one that can't be read doesn't."""
+    """Whether a file, by its name a YAML, holds ROS 2 parameters, or is meant to where it can't be read."""
     try:
         return any(True for _ in _nodes(read_ros_yaml(path), path, ()))
     except ClearwayError:
-        return path.is_file() and f"{PARAMETERS}:".encode() in path.read_bytes()[: 1 << 20]
+        return path.is_file() and _MEANT.search(path.read_bytes()[: 1 << 20]) is not None
 
 
 def read_nodes(path: Path) -> tuple[Node, ...]:
@@ -105,6 +107,12 @@ def _nodes(found: Any, file: Path, above: tuple[str, ...]) -> Iterator[Node]:
     for key, value in found.items():
         if key == PARAMETERS:
             yield Node(_full_name(above, file), dict(_values(value or {}, file, above, ())))
+        elif isinstance(value, dict) and PARAMETERS not in value and nearest(key, [PARAMETERS], 0.8):
+            raise ClearwayError(
+                f"ROS 2 has no such name; a node's parameters stand below `{PARAMETERS}:`, with two underscores",
+                file=file,
+                field=".".join((*above, key)),
+            )
         elif isinstance(value, dict):
             yield from _nodes(value, file, (*above, key))
         else:

@@ -17,6 +17,7 @@ class Group(BaseModel):
         MISSING: Names that Nav2 reads, or values of a field, that would mean something and are not built, each with what is closest.
         RENAMED: Names of older versions, each with what it is called now.
         NOTES: What is to be said of names that are read.
+        OFFERED: Names that a list of it may have without a plug-in of theirs in the file.
         JAZZY: Defaults that differ in the branch `jazzy`; `NAME.plugin` is the plug-in that a namespace has by default.
     """
 
@@ -26,6 +27,7 @@ class Group(BaseModel):
     MISSING: ClassVar[dict[str, str]] = {}
     RENAMED: ClassVar[dict[str, str]] = {}
     NOTES: ClassVar[dict[str, str]] = {}
+    OFFERED: ClassVar[tuple[str, ...]] = ()
     JAZZY: ClassVar[dict[str, Any]] = {}
 
     @classmethod

@@ -12,7 +12,7 @@ from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.behavior_tree.reader import Trees, asked
 from clearway.navigators.nav2.parameters.branch import Branch, is_filled_in_at_launch, settle
 from clearway.navigators.nav2.parameters.costmaps import Costmap
-from clearway.navigators.nav2.parameters.file import Node, read_nodes
+from clearway.navigators.nav2.parameters.file import PARAMETERS, Node, read_nodes
 from clearway.navigators.nav2.parameters.group import Group
 from clearway.navigators.nav2.parameters.heights import with_heights
 from clearway.navigators.nav2.parameters.ignored import AMCL, EVERYWHERE, NODES
@@ -49,6 +49,8 @@ def table(path: Path, robot: Robot | None = None) -> ParameterTable:
     rows: list[Row] = []
     problems: list[ClearwayError] = []
     shared: dict[str, Row] = {}
+    known: list[str] = []
+    renamed: dict[str, str] = {}
     tables = tables_of(nodes, path)
     unasked = ASKED.keys() - _asked(tables.get("bt_navigator", {}), path)
     tables |= {server: {} for server in ASKED if server not in unasked and server not in tables}
@@ -59,6 +61,8 @@ def table(path: Path, robot: Robot | None = None) -> ParameterTable:
         own = {name for node in nodes if not node.wild and node.matches(full) for name in node.values}
         before = len(problems)
         branch = settle(reader_of(server), given, server, path, problems)
+        known += _names(branch)
+        renamed |= _all(type(branch.group), "RENAMED")
         told = rows_of(branch, "")
         if isinstance(branch.group, Costmap):
             told = with_heights(told, branch, robot)
@@ -76,6 +80,9 @@ def table(path: Path, robot: Robot | None = None) -> ParameterTable:
             problems += _wrong_routes(branch, path)
     for name in [name for name in shared if any(other.startswith(f"{name}.") for other in shared)]:
         del shared[name]  # what is inside it is read by another server
+    for name, row in shared.items():
+        if row.status == "unknown" and "." not in name:  # each server that doesn't read it knew its own names alone
+            shared[name] = row._replace(note=_called(renamed[name]) if name in renamed else did_you_mean(name, known))
     rows += [row._replace(name=f"{_wild_name(nodes, row.name)}.{row.name}") for row in shared.values()]
     wrong = {problem.field for problem in problems}
     rows = [row for row in rows if row.name not in wrong]
@@ -192,7 +199,7 @@ def _of_name(branch: Branch, name: str, value: Any, above: str, also: Iterable[s
     elif name in missing:
         yield Row("missing", here, _short(value), note=_closest(missing[name]))
     elif name in renamed:
-        yield Row("unknown", here, _short(value), note=f"is called {renamed[name]!r} now; the old name does nothing")
+        yield Row("unknown", here, _short(value), note=_called(renamed[name]))
     elif branch.neighbour is not None:
         yield from _of_name(branch.neighbour, name, value, above, _names(branch))
     elif name in branch.unread or branch.beside in branch.unread or (isinstance(value, dict) and not branch.told):
@@ -243,14 +250,18 @@ def _names(branch: Branch) -> list[str]:
 
 def _unknown(branch: Branch, name: str, value: Any, here: str, also: Iterable[str]) -> Row:
     """A name that nothing reads: a namespace that no list names, or one that is misspelt."""
-    asked = [*branch.children, *branch.unread]
+    kind, asked = type(branch.group), [*branch.children, *branch.unread]
     known = [*_names(branch), *also]
     if isinstance(value, dict):
-        ignored = _all(type(branch.group), "IGNORED")
+        ignored = _all(kind, "IGNORED")
         for other, listed in branch.table.items():
             if other in ignored and isinstance(listed, tuple) and name in listed:
                 return Row("ignored", here, _short(value), note=ignored[other])
-        absent = [child for child in asked if child not in branch.table]
+        for other in branch.unread:
+            if name in kind.OFFERED and nearest(other, kind.OFFERED) == name:
+                note = f"the list has {other!r} in its place: see the problem of that"
+                return Row("missing", here, _short(value), note=note)
+        absent = [child for child in asked if child not in branch.table and name not in kind.OFFERED]
         if not nearest(name, absent, 0.75):
             return Row(
                 "ignored",
@@ -284,7 +295,12 @@ def _of_other_node(node: Node, space: str, unasked: Set[str]) -> Iterator[Row]:
             where = f"; the robot's file says it: [localisation.amcl] {AMCL[key]}" if key in AMCL else ""
             yield Row("ignored", f"{shown}.{key}", as_written(value), note=f"{NODES[name]}{where}")
     elif close:
-        yield Row("unknown", shown, count, note=f"no node of Nav2 has that name; did you mean {close!r}?")
+        full = built.get(close, close).removeprefix(space).lstrip("/").replace("/", ".")
+        if full == f"{shown}.{shown}":
+            meant = f"its node is {full!r}: write the name twice, `{shown}: {shown}: {PARAMETERS}: ...`"
+        else:
+            meant = f"no node of Nav2 has that name; did you mean {full!r}?"
+        yield Row("unknown", shown, count, note=meant)
     else:
         yield Row("ignored", shown, count, note="no node of Nav2's navigation")
 
@@ -295,6 +311,10 @@ def _all(kind: type[Group], what: str) -> dict[str, Any]:
     for base in reversed(kind.__mro__):
         found |= vars(base).get(what, {})
     return found
+
+
+def _called(now: str) -> str:
+    return f"is called {now!r} now; the old name does nothing"
 
 
 def _closest(what: str) -> str:

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from clearway.errors import shown
 from clearway.navigators.nav2.parameters.group import Group, Readers
-from clearway.navigators.nav2.parameters.plugins import group_of, twice
+from clearway.navigators.nav2.parameters.plugins import PLUGINS, group_of, twice
 from clearway.quantities import Finite, NonNegative, Positive, Whole
 
 _DRAWN = "nobody looks at it"
@@ -17,6 +17,7 @@ _PATH_HANDLER = "prune_distance of the path handler"
 MOST_SAMPLES = 100_000
 """Most velocities that are tried in a control period."""
 
+_CRITICS = tuple(name.partition("::")[2] for name in PLUGINS["DWB critic"])
 LIMITED = "dwb_plugins::LimitedAccelGenerator"
 
 _Decel = Annotated[float, Field(strict=True, allow_inf_nan=False, le=0.0)]
@@ -180,6 +181,7 @@ class DWBParameters(Group):
         "shorten_transformed_plan": _PATH_HANDLER,
         "stateful": "stateful of the goal checker",
     }
+    OFFERED: ClassVar[tuple[str, ...]] = (*(name.removesuffix("Critic") for name in _CRITICS), *_CRITICS)
 
     @model_validator(mode="after")
     def _few_enough(self) -> DWBParameters:

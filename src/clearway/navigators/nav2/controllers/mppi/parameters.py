@@ -265,6 +265,7 @@ class MPPIParameters(Group):
         "inversion_xy_tolerance": _PATH_HANDLER,
         "inversion_yaw_tolerance": _PATH_HANDLER,
     }
+    OFFERED: ClassVar[tuple[str, ...]] = tuple(CRITICS)
     JAZZY: ClassVar[dict[str, Any]] = {"motion_model": "DiffDrive"}
 
     @classmethod
