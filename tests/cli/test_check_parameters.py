@@ -47,6 +47,17 @@ def test_what_is_no_such_file_is_said(clearway: Shell, tmp_path: Path) -> None:
         check_parameters(written(tmp_path, "image: a.pgm"))
 
 
+def test_whoever_asks_for_json_is_given_some_of_a_broken_file_too(clearway: Shell, tmp_path: Path) -> None:
+    said = clearway("check", written(tmp_path, "a:\n\tros__parameters: 1"), "--json")
+    assert said.code == 1
+    answer = json.loads(said.out)
+    assert len(answer["problems"]) == 1
+    assert "line 2 has a tab" in answer["problems"][0]
+    said = clearway("check", written(tmp_path, GOOD), "--robot", "hosbott", "--json")
+    assert said.code == 1
+    assert "unknown robot 'hosbott'" in json.loads(said.out)["problems"][0]
+
+
 def test_a_file_with_too_few_underscores_is_no_map(clearway: Shell, tmp_path: Path) -> None:
     said = clearway.complaint("check", written(tmp_path, GOOD.replace("ros__", "ros_")))
     assert "planner_server.ros_parameters: ROS 2 has no such name" in said

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -44,21 +45,24 @@ def check(
     Each finding is printed as soon as it is known; what could not be tested is not called right.
     """
     from clearway.campaigns.checks import findings
+    from clearway.errors import ClearwayError, noted
     from clearway.improving.preparing import task_findings
     from clearway.navigators.parameter_files import parameter_table
 
-    if (table := parameter_table(target, robot)) is not None:
-        _tell_parameters(target, table, as_json)
     found: dict[bool | None, list[str]] = {True: [], False: [], None: []}
-    for passed, text in task_findings(Path(target)) or findings(target, robot, decision_limit):
-        found[passed].append(text)
-        if as_json:
-            continue
-        if passed is False and len(found[False]) > SHOWN:
-            continue
-        word = {True: "ok", False: "problem", None: "not tested"}[passed]
-        typer.echo(f"{word:<10}  {text}", err=passed is False)
-    problems, untested = found[False], found[None]
+    wrong: list[ClearwayError] = []
+    with noted(wrong) if as_json else nullcontext():  # whoever reads JSON is given some
+        if (table := parameter_table(target, robot)) is not None:
+            _tell_parameters(target, table, as_json)
+        for passed, text in task_findings(Path(target)) or findings(target, robot, decision_limit):
+            found[passed].append(text)
+            if as_json:
+                continue
+            if passed is False and len(found[False]) > SHOWN:
+                continue
+            word = {True: "ok", False: "problem", None: "not tested"}[passed]
+            typer.echo(f"{word:<10}  {text}", err=passed is False)
+    problems, untested = [*found[False], *map(str, wrong)], found[None]
     if as_json:
         answer: dict[str, Any] = {"target": target, "problems": problems, "passed": found[True], "not_tested": untested}
         tell(answer, indent=2)
