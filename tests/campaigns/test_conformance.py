@@ -60,6 +60,14 @@ def test_needs_must_be_known() -> None:
     assert "scans" in failed(broken(needs=frozenset({"scans"})))["says what it needs"]
 
 
+@pytest.mark.parametrize("wants", [frozenset({"scans"}), frozenset({"obstacles"}), "scan"])
+def test_what_it_wants_must_be_known(wants: Any) -> None:
+    assert (
+        "`wants` is a frozenset of some of scan"
+        in failed(broken(wants=wants))["says what it wants besides, or nothing"]
+    )
+
+
 def test_the_privileged_flag_is_a_bool() -> None:
     assert "'yes'" in failed(broken(privileged="yes"))["says whether it is privileged"]
 

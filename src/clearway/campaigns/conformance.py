@@ -28,7 +28,7 @@ from clearway.campaigns.pilot import (
 from clearway.campaigns.tuning import tuned_on
 from clearway.contract import Command, Diagnostics, Navigator, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
-from clearway.navigators.registry import check_drive, drives_of
+from clearway.navigators.registry import check_drive, drives_of, wants_of
 from clearway.perception import make_localiser, make_tracker
 from clearway.registry import in_a_line
 from clearway.robots import Robot
@@ -125,7 +125,7 @@ def _checked(
     first = _made(factory, decision_limit)
     after.callback(dismiss, first, decision_limit)
     needs: Any = getattr(first, "needs", None)
-    said = (_needs(needs), _privileged(first), _tuned(first), _drives(first))
+    said = (_needs(needs), _wants(first), _privileged(first), _tuned(first), _drives(first))
     yield from said
     if not all(f.passed for f in said):
         return
@@ -279,6 +279,14 @@ def _needs(needs: Any) -> Finding:
     if not isinstance(needs, frozenset | set) or not needs <= set(known):
         return Finding(name, False, f"`needs` is {needs!r}; it must be a frozenset of some of {', '.join(known)}")
     return Finding(name, True, ", ".join(sorted(needs)) or "nothing")
+
+
+def _wants(navigator: Navigator) -> Finding:
+    name = "says what it wants besides, or nothing"
+    try:
+        return Finding(name, True, ", ".join(sorted(wants_of(type(navigator).__name__, navigator))) or "nothing")
+    except ClearwayError as error:
+        return Finding(name, False, str(error))
 
 
 def _privileged(navigator: Navigator) -> Finding:

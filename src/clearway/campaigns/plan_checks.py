@@ -28,6 +28,7 @@ from clearway.navigators.registry import (
     navigator_names,
     needs_of,
     split_options,
+    wants_of,
 )
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import Robot, load_robot
@@ -205,6 +206,7 @@ def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tu
 
 def _checked(plan: CampaignPlan, spec: TrialSpec, robot: Robot, navigator: Navigator, has_map: bool) -> Known:
     needs = needs_of(spec.navigator, navigator)
+    wants_of(spec.navigator, navigator)
     check_drive(spec.navigator, navigator, robot)
     with in_file_of(spec.robot, robot):
         for problem in unread_tables(robot):

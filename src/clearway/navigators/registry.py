@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, get_args
 
 from clearway.contract import Navigator, Need
@@ -113,17 +113,30 @@ def needs_of(name: str, navigator: Navigator) -> frozenset[str]:
     Raises:
         ClearwayError: it says so in another way than by a set of what there is.
     """
-    known = sorted(get_args(Need))
+    return _said_by(name, navigator, "needs", get_args(Need))
+
+
+def wants_of(name: str, navigator: Navigator) -> frozenset[str]:
+    """What `navigator`, which goes by `name`, is shown where it is to be had.
+
+    Raises:
+        ClearwayError: it says so in another way than by a set of what there is.
+    """
+    return _said_by(name, navigator, "wants", ("scan",))
+
+
+def _said_by(name: str, navigator: Navigator, attribute: str, choices: Iterable[str]) -> frozenset[str]:
+    known = sorted(choices)
     try:
-        needs: object = getattr(navigator, "needs", frozenset())
-        if isinstance(needs, frozenset | set) and needs <= set(known):
-            return frozenset(needs)
+        said: object = getattr(navigator, attribute, frozenset())
+        if isinstance(said, frozenset | set) and said <= set(known):
+            return frozenset(said)
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        raise ClearwayError(f"navigator {name!r} cannot say what it needs: {in_a_line(error)}") from error
+        raise ClearwayError(f"navigator {name!r} cannot say what it {attribute}: {in_a_line(error)}") from error
     raise ClearwayError(
-        f"navigator {name!r} needs {needs!r:.100}; `needs` is a frozenset of some of {', '.join(known)}"
+        f"navigator {name!r} {attribute} {said!r:.100}; `{attribute}` is a frozenset of some of {', '.join(known)}"
     )
 
 
