@@ -412,7 +412,7 @@ robot = "tiago"
 objective = ["minimise CT"]
 localisation = "truth"
 [parameters]
-"{name}" = [0.45, 0.6]
+"{name}" = [0.28, 0.34]
 [training]
 suite = "hospital"
 batches = ["NO"]
