@@ -244,7 +244,7 @@ def test_a_hello_that_is_none(kind: str, monkeypatch: pytest.MonkeyPatch) -> Non
         ("exec:./planner", "'./planner' is not executable; chmod"),
         ("exec:./folder", "'./folder' is a folder"),
         ("exec:./text", "'exec:./text' cannot be started: Exec format error$"),
-        ("exec:true[speed=1]", "unknown option 'speed'; known: none"),
+        ("exec:true[speed=1]", r"there is no program 'true\[speed=1\]'"),
         ("tcp:5555", "is no address; write tcp://127.0.0.1:5555"),
         ("tcp://127.0.0.1", "is no address"),
         ("tcp://127.0.0.1:no", "is no address"),

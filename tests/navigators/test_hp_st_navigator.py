@@ -42,6 +42,7 @@ def said(trial: Trial, kind: str) -> set[str]:
     return {e.detail for e in trial.events if e.kind == kind}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("guarantee", HpSt.GUARANTEES)
 @pytest.mark.parametrize(("suite", "index"), TRIALS)
 def test_whole_trials(suite: str, index: int, guarantee: str) -> None:
