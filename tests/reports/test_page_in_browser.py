@@ -282,17 +282,13 @@ def test_a_link_shows_its_trial_again_though_its_address_is_in_the_bar(browser: 
     wait(browser, "return Replay.state().trial === 1")
 
 
-def test_on_a_telephone_what_plays_it_stands_below_the_picture(browser: Any, report: Path) -> None:
-    load(browser, report)
-    browser.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride", {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
-    )
-    try:
-        below = browser.execute_script(
-            "const box = (id) => document.getElementById(id).getBoundingClientRect(); return box('play').top - box('stage').bottom"
-        )
-    finally:
-        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+def test_on_a_telephone_a_link_leads_to_the_replay_and_what_plays_it_stands_below_the_picture(
+    phone: Any, report: Path
+) -> None:
+    load(phone, report, "#replay-1")
+    wait(phone, "return Math.abs(document.getElementById('replay').getBoundingClientRect().top) < 100")
+    box = "document.getElementById('{}').getBoundingClientRect()"
+    below = phone.execute_script(f"return {box.format('play')}.top - {box.format('stage')}.bottom")
     assert 0 < below < 400
 
 

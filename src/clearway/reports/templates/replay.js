@@ -214,8 +214,14 @@ const Replay = (() => {
     const match = /^#replay-(\d+)$/.exec(location.hash);
     if (!match) return false;
     show(Number(match[1]));
-    $("replay").scrollIntoView();
+    scrolled(10);
     return true;
+  }
+
+  function scrolled(tries) {  // what stands above it is laid out only once it comes near, and moves it
+    $("replay").scrollIntoView();
+    const below = parseFloat(getComputedStyle(document.documentElement).scrollPaddingTop) || 0;
+    if (tries > 0) setTimeout(() => { if (Math.abs($("replay").getBoundingClientRect().top - below) > 2) scrolled(tries - 1); }, 150);
   }
 
   function start() {
@@ -238,7 +244,6 @@ const Replay = (() => {
       const link = event.target.closest && event.target.closest('a[href^="#replay-"]');
       if (link && link.getAttribute("href") === location.hash) fromAddress();
     });
-    window.addEventListener("load", () => { if (/^#replay-/.test(location.hash)) $("replay").scrollIntoView(); });
     if (!fromAddress() && meta.first !== null) show(meta.first);
   }
 
