@@ -20,8 +20,8 @@ from typing import Any
 import misbehaving_navigators as misbehaving
 import numpy as np
 import pytest
+from own_plans import contents, family, left_over, wait_for
 from pool_calls import die, meet, stood_in
-from test_campaign import contents, family, left_over, wait_for
 
 from clearway.campaigns import CampaignPlan, run_campaign
 from clearway.campaigns import pool as pools

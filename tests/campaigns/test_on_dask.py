@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from campaigns.test_campaign import contents
-from campaigns.test_campaign import plan as of_hospital
+from campaigns.own_plans import contents
+from campaigns.own_plans import plan as of_hospital
 from campaigns.test_shards import plan
 from clearway.campaigns import on_dask, resume_campaign, run_campaign
 from clearway.errors import ClearwayError

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from campaigns.test_campaign import plan
+from campaigns.own_plans import plan
 from clearway.campaigns import CampaignPlan
 from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import TrialSpec

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import clearway
-from campaigns.test_campaign import contents
+from campaigns.own_plans import contents
 from campaigns.test_fleet import FLEET, OWN
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
 from clearway.campaigns.shards import Shard, merge_shards, read_shard
