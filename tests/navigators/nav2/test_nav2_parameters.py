@@ -2,72 +2,25 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Literal
 
 import pytest
-from pydantic import Field
+from user_file import CONTROLLER, Driver, told, written
 
 from clearway.errors import ClearwayError
 from clearway.navigators.nav2.parameters import files, plugins, read
 from clearway.navigators.nav2.parameters.branch import settle
-from clearway.navigators.nav2.parameters.costmaps import Costmap
 from clearway.navigators.nav2.parameters.file import read_nodes
-from clearway.navigators.nav2.parameters.group import Group, Readers
+from clearway.navigators.nav2.parameters.group import Group
 from clearway.navigators.nav2.parameters.nav2_parameters import ALL, reader_of, tables_of
 from clearway.navigators.nav2.parameters.table import table
-from clearway.quantities import Finite, Positive, Whole
 from clearway.robots import load_robot
-
-
-class Critic(Group):
-    cost_weight: Finite = 4.0
-
-
-class Driver(Group):
-    """A controller of the test's."""
-
-    batch_size: Whole = Field(default=1000, ge=1)
-    temperature: Positive = 0.3
-    mode: str = "a"
-    critics: tuple[str, ...] = ("Goal",)
-
-    IGNORED: ClassVar[dict[str, str]] = {"visualize": "nothing is drawn"}
-    MISSING: ClassVar[dict[str, str]] = {"b": "a", "adaptive": "batch_size"}
-    RENAMED: ClassVar[dict[str, str]] = {"samples": "batch_size"}
-    JAZZY: ClassVar[dict[str, Any]] = {"temperature": 0.25}
-
-    @classmethod
-    def children(cls, table: dict[str, Any]) -> Readers:
-        critics = table.get("critics", ("Goal",))
-        return dict.fromkeys(critics, Critic) | plugins.twice(critics, "critics")
 
 
 @pytest.fixture(autouse=True)
 def _drivers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(plugins.PLUGINS["controller"], "t::Driver", f"{__name__}:Driver")
-
-
-def written(tmp_path: Path, text: str) -> Path:
-    path = tmp_path / "nav2_params.yaml"
-    path.write_text(text)
-    return path
-
-
-CONTROLLER = """
-controller_server:
-  ros__parameters:
-    controller_plugins: ["FollowPath"]
-    FollowPath:
-      plugin: "t/Driver"
-"""
-
-
-def told(tmp_path: Path, lines: str) -> dict[str, Any]:
-    found = table(written(tmp_path, CONTROLLER + "".join(f"      {line}\n" for line in lines.splitlines())))
-    assert not found.problems
-    return {row.name.removeprefix("controller_server.FollowPath."): row for row in found.rows}
+    monkeypatch.setitem(plugins.PLUGINS["controller"], "t::Driver", f"{Driver.__module__}:Driver")
 
 
 def test_the_table_says_of_each_parameter_what_becomes_of_it(tmp_path: Path) -> None:
@@ -139,31 +92,6 @@ def test_nodes_that_are_none_of_the_servers_are_told(tmp_path: Path) -> None:
     assert rows["planer_server"].status == "unknown"
     assert "'planner_server'" in rows["planer_server"].note
     assert rows["my_driver"].status == "ignored"
-
-
-@pytest.mark.parametrize(
-    ("text", "name", "note"),
-    [
-        (
-            "local_costmap: {ros__parameters: {a: 1}}",
-            "local_costmap",
-            "its node is 'local_costmap.local_costmap': write the name twice, `local_costmap: local_costmap: ros__parameters: ...`",
-        ),
-        (
-            "local_costmp: {local_costmap: {ros__parameters: {a: 1}}}",
-            "local_costmp.local_costmap",
-            "no node of Nav2 has that name; did you mean 'local_costmap.local_costmap'?",
-        ),
-        (
-            "robot1: {controller_server: {ros__parameters: {}}, global_costmap: {ros__parameters: {a: 1}}}",
-            "global_costmap",
-            "its node is 'global_costmap.global_costmap': write the name twice, `global_costmap: global_costmap: ros__parameters: ...`",
-        ),
-    ],
-)
-def test_a_costmaps_node_has_its_name_twice(tmp_path: Path, text: str, name: str, note: str) -> None:
-    rows = {row.name: row for row in table(written(tmp_path, text)).rows}
-    assert rows[name][0::4] == ("unknown", note)
 
 
 @pytest.mark.parametrize(
@@ -294,21 +222,6 @@ def test_a_plugin_that_is_not_there_hides_none_of_the_others(tmp_path: Path, lin
     assert rows["g"][0:5:4] == ("missing", "what would read it is not there: see the problem of that")
 
 
-def test_a_layer_that_is_not_there_hides_none_of_the_others(tmp_path: Path) -> None:
-    layers = (
-        "l: {plugin: 'nav2_costmap_2d::LegacyInflationLayer'}, s: {plugin: 'nav2_costmap_2d::StaticLayer', enabld: 1}"
-    )
-    text = f"global_costmap: {{global_costmap: {{ros__parameters: {{plugins: [s, l], {layers}}}}}}}"
-    found = table(written(tmp_path, text))
-    assert [p.field for p in found.problems] == ["global_costmap.l.plugin"]
-    assert {row.name: row.status for row in found.rows} == {
-        "global_costmap.plugins": "read",
-        "global_costmap.l": "missing",
-        "global_costmap.s.plugin": "read",
-        "global_costmap.s.enabld": "unknown",
-    }
-
-
 def test_a_value_that_is_wrong_hides_no_namespace(tmp_path: Path) -> None:
     found = table(written(tmp_path, CONTROLLER + "    controller_frequency: 20\n    spare: {plugin: x}\n"))
     assert len(found.problems) == 1
@@ -331,105 +244,10 @@ def test_the_table_goes_on_where_what_must_be_given_is_wrong(tmp_path: Path, mon
     assert str(missing).endswith("controller_server.FollowPath.must: is missing")
 
 
-@pytest.mark.parametrize(
-    ("layer", "said"),
-    [
-        ("KeepoutFilter", "closest is none: there are no zones on the maps here"),
-        ("LegacyInflationLayer", "closest is nav2_costmap_2d::InflationLayer"),
-    ],
-)
-def test_a_layer_of_nav2s_that_is_not_there_has_a_closest(layer: str, said: str) -> None:
-    given = {"plugins": ("mine",), "mine": {"plugin": f"nav2_costmap_2d::{layer}"}}
-    with pytest.raises(ClearwayError, match=f"the layer 'nav2_costmap_2d::{layer}' is not built here; {said}"):
-        settle(Costmap, given, "local_costmap", None)
-
-
-def test_plugins_without_a_type_and_layers_by_default(tmp_path: Path) -> None:
-    with pytest.raises(ClearwayError, match="names 'mine', and nothing says which layer"):
-        settle(Costmap, {"plugins": ("mine",)}, "local_costmap", None)
-    assert list(settle(Costmap, {}, "c", None).children) == ["static_layer", "obstacle_layer", "inflation_layer"]
-
-
 def test_a_rate_that_no_robot_follows_is_told(tmp_path: Path) -> None:
     text = CONTROLLER.replace("controller_plugins:", "controller_frequency: 50.0\n    controller_plugins:")
     rows = {row.name: row for row in table(written(tmp_path, text)).rows}
     assert "at most one command in a control period of the robot" in rows["controller_server.controller_frequency"].note
-
-
-def test_a_footprint_is_a_text_and_its_points_are_read() -> None:
-    square = "[ [0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2] ]"
-    group = settle(Costmap, {"footprint": square}, "c", None).group
-    assert isinstance(group, Costmap)
-    assert group.footprint == ((0.3, 0.2), (0.3, -0.2), (-0.3, -0.2), (-0.3, 0.2))
-    with pytest.raises(ClearwayError, match=r"c\.footprint: .*is no outline"):
-        settle(Costmap, {"footprint": "[[0.3, 0.2], [0.3]]"}, "c", None)
-    with pytest.raises(ClearwayError, match=r"c\.footprint: is \(0\.3, 0\.2\), a list; ROS takes a string"):
-        settle(Costmap, {"footprint": (0.3, 0.2)}, "c", None)
-
-
-def test_sources_of_a_layer_are_named_in_a_text() -> None:
-    layer = {
-        "plugin": "nav2_costmap_2d::ObstacleLayer",
-        "observation_sources": "front rear",
-        "rear": {"clearing": True},
-    }
-    found = settle(Costmap, {"plugins": ("o",), "o": layer}, "c", None).children["o"].children
-    assert [(name, source.group.clearing) for name, source in found.items()] == [("front", False), ("rear", True)]  # type: ignore[attr-defined]
-
-
-def test_a_sensor_of_another_type_than_nav2_takes_is_an_error(tmp_path: Path) -> None:
-    """It throws on it; a costmap that saw nothing drove into what stood there."""
-    layer = "o: {plugin: 'nav2_costmap_2d::ObstacleLayer', observation_sources: a b, a: {data_type: %s}, b: {data_type: PointCloud2}}"
-    text = f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [o], {layer}}}}}}}"
-    said = "local_costmap.o.a.data_type: 'laser_scan' is wrong: input should be 'LaserScan' or 'PointCloud2'"
-    path = written(tmp_path, text % "laser_scan")
-    assert [str(problem) for problem in table(path).problems] == [f"{path}: {said}"]
-    with pytest.raises(ClearwayError, match=said):
-        read(path, load_robot("turtlebot4"))
-    found = table(written(tmp_path, text % "LaserScan"))
-    assert {row.name: row.status for row in found.rows if row.name.endswith("data_type")} == {
-        "local_costmap.o.a.data_type": "read",
-        "local_costmap.o.b.data_type": "missing",
-    }
-
-
-SEEING = """
-local_costmap:
-  local_costmap:
-    ros__parameters:
-      plugins: [o, v, idle]
-      o:
-        plugin: nav2_costmap_2d::ObstacleLayer
-        min_obstacle_height: 0.1
-        observation_sources: low silent cloud upside_down
-        low: {max_obstacle_height: 0.1}
-        cloud: {data_type: PointCloud2}
-        upside_down: {min_obstacle_height: 0.3, max_obstacle_height: 0.2}
-      v: {plugin: nav2_costmap_2d::VoxelLayer, z_voxels: 1, observation_sources: s, s: {max_obstacle_height: 2.0}}
-      idle: {plugin: nav2_costmap_2d::ObstacleLayer, enabled: false, observation_sources: s}
-"""
-
-
-@pytest.mark.parametrize(
-    ("robot", "deaf", "said"),
-    [
-        (None, {"o.silent.max", "o.upside_down.max"}, "hears nothing of a lidar that is above the ground"),
-        ("jackal", {"o.silent.max", "o.upside_down.max"}, "how high that of jackal is, is not known, and it is heard here"),
-        ("tiago", {"o.min", "o.silent.max", "o.upside_down.min"}, "the lidar of tiago is 0.0945 m above the ground: this "),
-        ("tiago-omni", {"o.low.max", "o.silent.max", "o.upside_down.max", "v.z_voxels"}, "the lidar of tiago-omni is 0.209 m"),
-    ],
-)  # fmt: skip
-def test_what_sees_nothing_of_a_lidar_for_its_height_is_told(
-    tmp_path: Path, robot: str | None, deaf: set[str], said: str
-) -> None:
-    found = table(written(tmp_path, SEEING), None if robot is None else load_robot(robot))
-    noted = {row.name: row for row in found.rows if "nothing of" in row.note}
-    assert {name.removeprefix("local_costmap.").removesuffix("_obstacle_height") for name in noted} == deaf
-    assert all(said in row.note for row in noted.values())
-    absent = noted["local_costmap.o.silent.max_obstacle_height"]
-    assert (absent.status, absent.value) == ("default", "0.0")
-    assert found.all_known
-    assert len({row.name for row in found.rows}) == len(found.rows)
 
 
 def test_the_files_whose_content_decides_are_named(tmp_path: Path) -> None:
@@ -453,66 +271,3 @@ def test_what_nav2s_helpers_read_of_every_node_is_known(tmp_path: Path) -> None:
     status = {row.name.rpartition(".")[2]: row.status for row in table(written(tmp_path, text)).rows}
     names = ("verbose", "warn_on_missing_params", "strict_param_loading")
     assert [status[name] for name in names] == ["ignored"] * 3
-
-
-SHIM = CONTROLLER.replace("t/Driver", "nav2_rotation_shim_controller::RotationShimController")
-DWB = (
-    "max_vel_x: 0.4\n      max_angular_accel: 2.0\n      critics: [GoalDist, Oscillation]\n      GoalDist.scale: 24.0\n"
-    "      transform_tolerance: 0.2\n"
-)
-
-
-def test_up_to_kilted_the_primary_controllers_parameters_stand_beside_the_rotation_shims(tmp_path: Path) -> None:
-    path = written(tmp_path, f"{SHIM}      primary_controller: dwb_core/DWBLocalPlanner\n      {DWB}")
-    given = tables_of(read_nodes(path), path)["controller_server"]
-    shim = settle(reader_of("controller_server"), given, "controller_server", path).children["FollowPath"]
-    assert shim.group.max_angular_accel == 2.0  # type: ignore[attr-defined]
-    primary = shim.children["primary_controller"]
-    assert primary.group.max_vel_x == 0.4  # type: ignore[attr-defined]
-    assert {name: child.group.scale for name, child in primary.children.items()} == {"GoalDist": 24.0, "Oscillation": 1.0}  # type: ignore[attr-defined]  # fmt: skip
-    found = table(path)
-    status = {row.name.removeprefix("controller_server.FollowPath."): row.status for row in found.rows}
-    assert not found.problems
-    assert {name for name, word in status.items() if word == "read"} >= {
-        "primary_controller", "max_vel_x", "max_angular_accel", "critics", "GoalDist.scale",
-    }  # fmt: skip
-    assert status["transform_tolerance"] == "ignored"
-    assert found.all_known
-
-
-def test_a_misspelt_name_beside_the_primary_controllers_is_one_of_either(tmp_path: Path) -> None:
-    lines = f"{DWB}      max_vel_thta: 1.0\n      angular_dist_treshold: 1.0\n      GaolDist: {{scale: 1.0}}\n"
-    text = (
-        f"{SHIM}      primary_controller: dwb_core::DWBLocalPlanner\n      {lines.replace('GoalDist.scale: 24.0', '')}"
-    )
-    notes = {
-        row.name.rpartition(".")[2]: row.note for row in table(written(tmp_path, text)).rows if row.status == "unknown"
-    }
-    assert notes == {
-        "max_vel_thta": "did you mean 'max_vel_theta'?",
-        "angular_dist_treshold": "did you mean 'angular_dist_threshold'?",
-        "GaolDist": "did you mean 'GoalDist'?",
-    }
-
-
-@pytest.mark.parametrize(
-    ("primary", "lines", "said"),
-    [
-        ("nav2_graceful_controller::GracefulController", "k_phi: 3.0", r"primary_controller: .* is not built here"),
-        ("nav2_rotation_shim_controller::RotationShimController", "a: 1", r"FollowPath\.primary_controller: names"),
-        ("dwb_core::DWBLocalPlanner", "critics: [GoalDist]\n      max_vel_x: 1", r"FollowPath\.max_vel_x: is 1, an int"),
-        (
-            "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
-            "max_angular_accel: 3",
-            r"FollowPath\.max_angular_accel: is 3, an integer",
-        ),
-    ],
-)  # fmt: skip
-def test_what_is_wrong_with_a_primary_controller_beside_is_one_problem(
-    tmp_path: Path, primary: str, lines: str, said: str
-) -> None:
-    found = table(written(tmp_path, f"{SHIM}      primary_controller: {primary}\n      {lines}\n"))
-    (problem,) = found.problems
-    assert re.search(said, str(problem))
-    if "k_phi" in lines:
-        assert {row.status for row in found.rows if row.name.endswith("k_phi")} == {"missing"}
