@@ -10,6 +10,7 @@ import pytest
 
 from clearway.campaigns.conformance import Finding, check_navigator
 from clearway.contract import Command, Diagnostics, Observation
+from clearway.errors import ClearwayError
 from clearway.robots import load_robot
 
 pytestmark = pytest.mark.slow
@@ -66,6 +67,19 @@ def test_what_it_wants_must_be_known(wants: Any) -> None:
         "`wants` is a frozenset of some of scan"
         in failed(broken(wants=wants))["says what it wants besides, or nothing"]
     )
+
+
+def test_its_parameters_are_read_for_the_robot() -> None:
+    def read_parameters(self: Any, robot: Any) -> None:
+        raise ClearwayError(f"{robot.name} is wrong", field="navigators.own.gain")
+
+    said = failed(broken(read_parameters=read_parameters))
+    assert said == {"reads its parameters": "navigators.own.gain: tiago is wrong"}
+
+
+def test_it_is_called_as_it_is_named() -> None:
+    said = [f.detail for f in check_navigator(broken(wants="scan"), ROBOT, name="exec:./own") if f.passed is False]
+    assert [text.partition(" wants")[0] for text in said] == ["navigator 'exec:./own'"]
 
 
 def test_the_privileged_flag_is_a_bool() -> None:

@@ -160,3 +160,26 @@ def test_options_stand_behind_a_name() -> None:
             registry.make_navigator(wrong)
     with pytest.raises(ClearwayError, match="unknown option 'nothing'; known: base_local_planner"):
         registry.make_navigator("move-base[nothing=1]")
+
+
+class Reads:
+    files: object = None
+
+
+@pytest.mark.parametrize(
+    ("files", "said"),
+    [
+        (staticmethod(lambda gain: 1 / 0), r"'own' cannot say which files it reads: ZeroDivisionError.*\(test_registry.py:"),
+        (lambda self, gain: (), "cannot say which files it reads: TypeError"),
+        (staticmethod(lambda: ()), "cannot say which files it reads: TypeError.*'gain'"),
+        (staticmethod(lambda gain: "gains.yaml"), "reads 'gains.yaml'; `files` answers with a tuple of paths"),
+        (staticmethod(lambda gain: (1,)), r"reads \(1,\); `files` answers"),
+    ],
+)  # fmt: skip
+def test_which_files_it_reads_is_said_as_paths(files: object, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Reads, "files", files)
+    with pytest.raises(ClearwayError, match=said):
+        registry.files_of("own", Reads, {"gain": 2})
+    monkeypatch.setattr(Reads, "files", staticmethod(lambda gain: [f"{gain}.yaml"]))
+    assert registry.files_of("own", Reads, {"gain": 2}) == (Path("2.yaml"),)
+    assert registry.files_of("own", object, {"gain": 2}) == ()

@@ -11,6 +11,7 @@ from typing import Any
 from clearway.campaigns.conformance import check_navigator
 from clearway.campaigns.pilot import DECISION_LIMIT, dismiss, guarded, prepare_limit
 from clearway.campaigns.plan import refuse_namesakes
+from clearway.campaigns.provenance import code_of
 from clearway.campaigns.robot_tables import table_problems
 from clearway.errors import ClearwayError, nearest, shown
 from clearway.foreign import said
@@ -89,7 +90,11 @@ def _navigator(name: str, robot: Robot, decision_limit: float | None) -> Iterato
     """What is said of a navigator; first by who makes it, if that has `findings()` of its own."""
     if (own := getattr(navigator_class(name), "findings", None)) is not None:
         yield from own()
-    for f in check_navigator(lambda: make_navigator(name), robot, decision_limit=decision_limit):
+    try:
+        code_of(name)
+    except ClearwayError as error:
+        yield False, str(error)
+    for f in check_navigator(lambda: make_navigator(name), robot, name=name, decision_limit=decision_limit):
         text = str(ClearwayError(f.detail, field=f.name)) if f.passed is False else f"{f.name}: {f.detail}"
         yield f.passed, text if f.detail else f.name
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, fields, replace
 from typing import Any, get_args
@@ -28,13 +28,14 @@ from clearway.campaigns.pilot import (
 from clearway.campaigns.tuning import tuned_on
 from clearway.contract import Command, Diagnostics, Navigator, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
-from clearway.navigators.registry import check_drive, drives_of, wants_of
+from clearway.navigators.registry import check_drive, check_parameters, drives_of, wants_of
 from clearway.perception import make_localiser, make_tracker
 from clearway.registry import in_a_line
 from clearway.robots import Robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import DiscSpec, LegSpec, ObstacleSpec, Scenario
 from clearway.trials import LATE, Outcome, Trial
+from clearway.tuning import TunedOn
 from clearway.world import simulate
 
 SPEED = 0.4
@@ -103,35 +104,48 @@ SITUATIONS = (
 
 
 def check_navigator(
-    factory: Callable[[], Navigator], robot: Robot, *, decision_limit: float | None = DECISION_LIMIT
+    factory: Callable[[], Navigator],
+    robot: Robot,
+    *,
+    name: str | None = None,
+    decision_limit: float | None = DECISION_LIMIT,
 ) -> Iterator[Finding]:
     """Drive a navigator through situations, twice over, and say what it keeps and what it breaks, each as soon as it is known.
 
     Args:
         factory: Makes the navigator.
         robot: Whose body and sensors it drives with.
+        name: By which errors call it; None: that of its class.
         decision_limit: Wall clock after which a decision counts as hung, s; None: never. After one nothing more is tried.
 
     Raises:
         ClearwayError: The navigator can't be made, or the robot lacks what it needs or has a base that it doesn't drive.
     """
     with ExitStack() as after:
-        yield from _checked(factory, robot, decision_limit, after)
+        yield from _checked(factory, robot, name, decision_limit, after)
 
 
 def _checked(
-    factory: Callable[[], Navigator], robot: Robot, decision_limit: float | None, after: ExitStack
+    factory: Callable[[], Navigator], robot: Robot, name: str | None, decision_limit: float | None, after: ExitStack
 ) -> Iterator[Finding]:
     first = _made(factory, decision_limit)
     after.callback(dismiss, first, decision_limit)
     needs: Any = getattr(first, "needs", None)
-    said = (_needs(needs), _wants(first), _privileged(first), _tuned(first), _drives(first))
+    called = name or type(first).__name__
+    said = (
+        _needs(needs),
+        _said("says what it wants besides, or nothing", lambda: _listed(wants_of(called, first))),
+        _privileged(first),
+        _said("says on what it was tuned, or nothing", lambda: _tuned(tuned_on(called, first))),
+        _said("says which bases it drives, or nothing", lambda: _listed(drives_of(called, first))),
+        _reads(called, first, robot),
+    )
     yield from said
     if not all(f.passed for f in said):
         return
     if "scan" in needs and robot.lidar is None:
         raise ClearwayError(f"it needs scans, and the robot {robot.name!r} has no lidar; check it with another robot")
-    check_drive(type(first).__name__, first, robot)
+    check_drive(called, first, robot)
     runs: list[_Watched] = []
     for situation in SITUATIONS:
         name = f"decides: {situation.name}"
@@ -281,12 +295,16 @@ def _needs(needs: Any) -> Finding:
     return Finding(name, True, ", ".join(sorted(needs)) or "nothing")
 
 
-def _wants(navigator: Navigator) -> Finding:
-    name = "says what it wants besides, or nothing"
+def _said(name: str, ask: Callable[[], str]) -> Finding:
+    """What it says of itself, if it says it as it should."""
     try:
-        return Finding(name, True, ", ".join(sorted(wants_of(type(navigator).__name__, navigator))) or "nothing")
+        return Finding(name, True, ask())
     except ClearwayError as error:
         return Finding(name, False, str(error))
+
+
+def _listed(words: Iterable[str]) -> str:
+    return ", ".join(sorted(words)) or "nothing"
 
 
 def _privileged(navigator: Navigator) -> Finding:
@@ -297,21 +315,22 @@ def _privileged(navigator: Navigator) -> Finding:
     )
 
 
-def _tuned(navigator: Navigator) -> Finding:
-    name = "says on what it was tuned, or nothing"
-    try:
-        said = tuned_on(type(navigator).__name__, navigator)
-    except ClearwayError as error:
-        return Finding(name, False, str(error))
-    return Finding(name, True, "nothing" if said is None else "; ".join(map(str, said)) or "on no test")
+def _tuned(tests: Sequence[TunedOn] | None) -> str:
+    return "nothing" if tests is None else "; ".join(map(str, tests)) or "on no test"
 
 
-def _drives(navigator: Navigator) -> Finding:
-    name = "says which bases it drives, or nothing"
-    try:
-        return Finding(name, True, ", ".join(sorted(drives_of(type(navigator).__name__, navigator))))
-    except ClearwayError as error:
-        return Finding(name, False, str(error))
+_READS = "reads its parameters"
+
+
+def _reads(called: str, navigator: Navigator, robot: Robot) -> Finding:
+    if not hasattr(navigator, "read_parameters"):
+        return Finding(_READS, True, "it has none, and need not")
+
+    def ask() -> str:
+        check_parameters(called, navigator, robot)
+        return f"for {robot.name}"
+
+    return _said(_READS, ask)
 
 
 def _first_fault(name: str, runs: list[_Watched], fault: Callable[[Command], str]) -> Finding:

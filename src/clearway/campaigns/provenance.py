@@ -15,7 +15,7 @@ from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.geometry.grid import OccupancyGrid
 from clearway.given import given
 from clearway.indicators import INDICATORS
-from clearway.navigators.registry import navigator_class, split_options
+from clearway.navigators.registry import files_of, navigator_class, split_options
 from clearway.robots import load_robot, robot_names
 from clearway.scenarios.behaviours import BEHAVIOURS
 from clearway.scenarios.floorplan import load_floor_plan
@@ -74,14 +74,13 @@ def code_of(navigator: str, options: Mapping[str, Any] | None = None) -> str | N
         options: What else its constructor is given.
 
     Raises:
-        ClearwayError: a file can't be read.
+        ClearwayError: it cannot say which files, or one can't be read.
     """
     name, options = split_options(navigator)[0], split_options(navigator)[1] | dict(options or {})
     handed = given(name)
     made = navigator_class(navigator) if handed is None else handed.thing
     code = source.of_object(made) if handed is None else handed.code
-    files = getattr(made, "files", None)
-    if files is None or not (paths := files(**options)):
+    if not (paths := files_of(navigator, made, options)):
         return code
     return " ".join(filter(None, (code, source.of_files(paths))))
 

@@ -10,7 +10,7 @@ from typing import Any
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.contract import Navigator
 from clearway.errors import ClearwayError
-from clearway.navigators.registry import navigator_class, split_options
+from clearway.navigators.registry import files_of, navigator_class, split_options
 from clearway.robots import Robot, load_robot
 from clearway.robots.tables import TUNED_ON
 from clearway.scenarios.suite import draw_label
@@ -83,8 +83,7 @@ def _by_files_of_options(name: str, options: Mapping[str, Any] | None = None) ->
     plain, given = split_options(name)[0], split_options(name)[1] | dict(options or {})
     if not given or ":" in plain:  # a user's own module is imported by workers alone
         return ()
-    files = getattr(navigator_class(plain), "files", None)
-    return () if files is None else tuple(one for file in files(**given) for one in _in_comment(file))
+    return tuple(one for file in files_of(plain, navigator_class(plain), given) for one in _in_comment(file))
 
 
 def all_by_files(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, tuple[TunedOn, ...]]:

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Any, get_args
 
 from clearway.contract import Navigator, Need
@@ -192,6 +193,28 @@ def check_parameters(name: str, navigator: Navigator, robot: Robot, *, mapped: b
         raise
     except BaseException as error:
         raise ClearwayError(f"navigator {name!r} cannot read its parameters: {in_a_line(error)}") from error
+
+
+def files_of(name: str, factory: object, options: Mapping[str, Any]) -> tuple[Path, ...]:
+    """The files whose content decides what the navigators of `factory`, which goes by `name`, do with these options.
+
+    Raises:
+        ClearwayError: it says so in another way than by a list or tuple of paths.
+    """
+    say = getattr(factory, "files", None)
+    if say is None:
+        return ()
+    try:
+        said = say(**options)
+    except (ClearwayError, KeyboardInterrupt):
+        raise
+    except BaseException as error:
+        raise ClearwayError(f"navigator {name!r} cannot say which files it reads: {in_a_line(error)}") from error
+    if not isinstance(said, list | tuple) or not all(isinstance(file, str | Path) for file in said):
+        raise ClearwayError(
+            f"navigator {name!r} reads {said!r:.100}; `files` answers with a tuple of paths, () for none"
+        )
+    return tuple(map(Path, said))
 
 
 def split_options(name: str) -> tuple[str, dict[str, Any]]:
