@@ -24,8 +24,9 @@ settings.load_profile("clearway")
 LONGEST = ("hp_st", "test_guard", "test_a_day", "hl_rrt", "conformance", "hp_tmpc", "test_people", "tests/reports")
 """Parts of the names of files, those first whose tests take longest, so that none of them is left when all else is done."""
 IN_DEPTH = (
-    "tests/navigators/test_hp_st", "tests/navigators/hp_tmpc", "tests/navigators/hl_rrt", "tests/navigators/colregs_apf", "tests/navigators/nav2", "tests/oracles/test_rrt_oracle",
-    "tests/forecasts/test_avoidance", "tests/learning", "tests/clairvoyant", "tests/identifying", "tests/reports/test_several_suites",
+    "tests/navigators/test_hp_st", "tests/navigators/hp_tmpc", "tests/navigators/hl_rrt", "tests/navigators/colregs_apf", "tests/navigators/nav2",
+    "tests/oracles/test_rrt_oracle", "tests/forecasts/test_avoidance", "tests/learning", "tests/clairvoyant", "tests/identifying",
+    "tests/reports/test_several_suites",
 )  # fmt: skip
 """Rooms that few changes touch, and navigators that each compile for long: `make slow` tests them, as it does whether they keep the contract."""
 TOGETHER = ("hp_st", "hp_tmpc", "hl_rrt", "move_base", "colregs_apf", "nav2", "mpc_cbf", "mppi_forecast", "test_people")
