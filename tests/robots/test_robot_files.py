@@ -161,6 +161,44 @@ def test_a_source_may_be_named_without_quotes(tmp_path: Path) -> None:
     assert robot.source("drive.v_min") is None
 
 
+@pytest.mark.parametrize(
+    ("field", "said"),
+    [
+        ("drive.v_maxx", r"sources names 'drive\.v_maxx', .*; did you mean 'drive\.v_max'\?"),
+        ("lidr", r"sources names 'lidr', which is no value of this robot; did you mean 'lidar'\?"),
+        ("presets.qqq.drive", r"sources names 'presets\.qqq\.drive', which is no value of this robot$"),
+        ("drive.v_max.mean", ""),
+        ("camera.range", ""),
+    ],
+)
+def test_a_source_of_a_value_that_is_not_there_is_refused(tmp_path: Path, field: str, said: str) -> None:
+    own = tmp_path / "own.toml"
+    text = (resources.files("clearway.robots") / "jackal.toml").read_text("utf-8").split("\n[sources]")[0]
+    own.write_text(f'{text}\n[sources]\n"{field}" = "a data sheet"\n')
+    if not said:
+        assert load_robot(str(own)).source(field) == "a data sheet"
+        return
+    with pytest.raises(ClearwayError, match=said):
+        load_robot(str(own))
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ("lidr = 1", r"presets\.mine\.lidr: unknown"),
+        ("drive.v_max = -1.0", r"presets\.mine\.drive\.v_max: "),
+        ("latency.sensing = 0.0\nlidar.sweep = 1.0", r"own\.toml: half of lidar\.sweep"),  # no field by itself
+    ],
+)
+def test_what_is_wrong_with_a_preset_is_told_as_the_presets(tmp_path: Path, change: str, field: str) -> None:
+    own = tmp_path / "own.toml"
+    text = (resources.files("clearway.robots") / "turtlebot3-waffle.toml").read_text("utf-8")
+    own.write_text(f"{text}\n[presets.mine]\n{change}\n")
+    load_robot(str(own))
+    with pytest.raises(ClearwayError, match=field):
+        load_robot(f"{own}:mine")
+
+
 def test_only_robots_of_two_papers_are_told_of_obstacles_by_a_camera() -> None:
     """All others know them by their lidars, as paper B's own preset `lidar` does."""
     told = {name for name in robot_names() if load_robot(name).camera is not None}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 
-from clearway.errors import ClearwayError, unknown
+from clearway.errors import ClearwayError, nearest, unknown
 from clearway.geometry.shapes import Circle, Polygon, Shape, circumscribed_radius, inscribed_radius
 from clearway.given import given
 from clearway.quantities import (
@@ -276,6 +276,21 @@ class Robot(Part):
             )
         return self
 
+    @model_validator(mode="after")
+    def _of_values_that_it_has(self) -> Robot:
+        values = self.model_dump(exclude={"sources"})
+        for field in self.sources:
+            value, names = values, field.split(".")
+            for k, name in enumerate(names):
+                if not isinstance(value, Mapping) or not value:  # a part that it hasn't, or a preset takes away
+                    break
+                if name not in value:
+                    close = nearest(name, [str(known) for known in value])
+                    meant = f"; did you mean {'.'.join([*names[:k], close])!r}?" if close else ""
+                    raise ValueError(f"sources names {field!r}, which is no value of this robot{meant}")
+                value = value[name]
+        return self
+
     @property
     def shape(self) -> Shape:
         """The contact shape."""
@@ -352,7 +367,16 @@ def _load(path: Path, preset: str | None, changed: int) -> Robot:
     try:
         return Robot.model_validate(table)
     except ValidationError as error:
-        raise first_problem(error, Robot, file=path) from error
+        problem = first_problem(error, Robot, file=path)
+        if preset is not None and problem.field and _holds(changes, problem.field.split(".")):
+            raise ClearwayError(problem.problem, file=path, field=f"presets.{preset}.{problem.field}") from error
+        raise problem from error
+
+
+def _holds(table: Mapping[str, Any], names: Sequence[str]) -> bool:
+    """Whether something stands in a table, or in those within it, under these names."""
+    inside = table.get(names[0])
+    return names[0] in table and (len(names) == 1 or (isinstance(inside, Mapping) and _holds(inside, names[1:])))
 
 
 def _locate(which: str) -> tuple[Path, str | None]:
