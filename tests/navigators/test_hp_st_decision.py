@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from space_time_scenes import OTHER, OWN, PERIOD, Drive, begun, drive, obstacles
+from space_time_scenes import OTHER, OWN, PERIOD, SQUARE, Drive, Path, begun, drive, foreseen, line, obstacles
 
 from clearway.contract import Budget, Latency, Task
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.assembly import assemble
+from clearway.navigators.hp_st.environment.field import make_field
 from clearway.navigators.hp_st.environment.sight import sees, sight_of
 from clearway.navigators.hp_st.parameters import Parameters
+from clearway.navigators.hp_st.ways import pose_scene, weigh
 from clearway.robots import load_robot
 
 BOUND = 1.25
@@ -164,6 +166,26 @@ def test_it_evades_what_comes_at_it_at_rest() -> None:
     went = drive(begun(guarantee="none"), (8.0, 0.0), coming, 60, start=(0.0, 0.0, math.pi / 2))
     assert min(gaps) > OWN + OTHER
     assert went.contact is None
+
+
+def test_the_risk_of_contact_is_a_probability_of_being_touched_by_what_moves() -> None:
+    """What nearness to furniture costs, and that it grows against a contact's cost the later it comes, is none of it."""
+    navigator = begun(load_robot("tiago"), 0.6)
+    settings, base = navigator._settings, navigator._base
+    n, reach = settings.periods, base.foot.circumscribed
+    wall = [(x, side * (reach + 0.1), 0.0) for x in np.linspace(-1.0, 1.0, 41) for side in (-1.0, 1.0)]
+
+    def standing(moving: list[Path]) -> float:
+        forecast = foreseen(wall, moving, settings.period, n)
+        grown = forecast.still + np.array((0.0, 0.0, reach))
+        field = make_field(np.array((5.0, 0.0, 0.0)), grown, SQUARE)
+        scene = pose_scene(
+            settings, base, navigator._memory, forecast, field, SQUARE, navigator._wishes, navigator._safety, np.zeros(3)
+        )  # fmt: skip
+        return float(weigh(scene, np.zeros((n, 2)), np.empty((n + 1, 5)))[2])
+
+    assert standing([]) == 0.0
+    assert standing([line(-2.0, 0.0, 1.0, 0.0)] * 3) == 1.0
 
 
 def test_a_search_that_would_be_no_wider_is_not_made() -> None:

@@ -163,7 +163,8 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         states: (N + 1, 5) where it leads, filled.
 
     Returns:
-        Time gone and to go (see `worth`) and risk together; the risk alone; and the greatest risk of contact in a period, a probability.
+        Time gone and to go (see `worth`) and risk together; the risk alone; and the greatest risk of contact with what moves in a
+        period, a probability.
     """
     costs, base, obstacles, field, start = scene.costs, scene.base, scene.obstacles, scene.field, scene.start
     n, c = len(commands), scene.settings.period
@@ -191,7 +192,8 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         step[0], step[1], turned[0] = dx, dy, turn
         collision_risks(nearby, s, m, foot, costs.margin, costs.soft, nearness, theta, step[0], step[1], turned, risked)
         risk = risked[0] if risked[0] >= 0.0 else 1.0
-        hit = max(hit, risk)
+        collision_risks(nearby, s, m, foot, costs.margin, costs.soft, 0.0, theta, step[0], step[1], turned, risked)
+        hit = max(hit, min(risked[0], 1.0) if risked[0] >= 0.0 else 1.0)
         cost += weight * risk * c / costs.step
         if costs.halt > 0.0:
             end = StepEnd(theta + turn, dx, dy, plan.velocities[k + 1, 0], plan.velocities[k + 1, 1])
