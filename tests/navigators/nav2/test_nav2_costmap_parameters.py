@@ -148,3 +148,26 @@ def test_what_sees_nothing_of_a_lidar_for_its_height_is_told(
     assert (absent.status, absent.value) == ("default", "0.0")
     assert found.all_known
     assert len({row.name for row in found.rows}) == len(found.rows)
+
+
+@pytest.mark.parametrize(
+    ("robot", "said"),
+    [
+        (None, "a lidar marks one voxel of a column, this layer marks nothing of a lidar that is above the ground"),
+        ("tiago", "the lidar of tiago is 0.0945 m above the ground: it marks one voxel of a column, this layer marks nothing of it"),
+    ],
+)  # fmt: skip
+def test_a_voxel_layer_that_asks_for_several_voxels_of_a_column_is_told(
+    tmp_path: Path, robot: str | None, said: str
+) -> None:
+    """It marks nothing of what a lidar sees, here as in Nav2, and drove into what stood there without a word."""
+    layer = "v: {plugin: 'nav2_costmap_2d::VoxelLayer', mark_threshold: %d, observation_sources: s, s: {max_obstacle_height: 2.0}}"
+    text = f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [v], {layer}}}}}}}"
+    driver = None if robot is None else load_robot(robot)
+    notes = [
+        {row.name: row.note for row in table(written(tmp_path, text % threshold), driver).rows}[
+            "local_costmap.v.mark_threshold"
+        ]
+        for threshold in (0, 1)
+    ]
+    assert notes == ["", said]

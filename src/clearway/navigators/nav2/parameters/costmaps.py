@@ -120,8 +120,9 @@ class VoxelLayer(ObstacleLayer):
         return self.origin_z + self.z_voxels * self.z_resolution
 
     def keeps_out(self, height: float) -> str | None:
-        """As for an obstacle layer; above its voxels it marks nothing either."""
-        return super().keeps_out(height) or ("z_voxels" if height >= self.top else None)
+        """As for an obstacle layer; above its voxels it marks nothing either, nor where one of a column is not enough."""
+        bound = super().keeps_out(height) or ("z_voxels" if height >= self.top else None)
+        return bound or ("mark_threshold" if self.mark_threshold > 0 else None)
 
 
 class InflationLayer(Group):

@@ -35,8 +35,10 @@ def _told(costmap: Branch, robot: Robot | None) -> Iterator[tuple[str, Row]]:
     for where, part, does in _parts(costmap):
         lowest = max(part.min_obstacle_height, sys.float_info.min)  # lidar that it may see
         if (bound := part.keeps_out(lowest if known is None else known)) is not None:
-            name = f"{where}.{bound}"
-            yield name, Row("default", name, as_written(getattr(part, bound)), note=f"{said}{does} nothing{end}")
+            name, why = f"{where}.{bound}", said
+            if bound == "mark_threshold":
+                why = f"{said}it marks one voxel of a column, " if said else "a lidar marks one voxel of a column, "
+            yield name, Row("default", name, as_written(getattr(part, bound)), note=f"{why}{does} nothing{end}")
 
 
 def _parts(costmap: Branch) -> Iterator[tuple[str, ObstacleLayer | Source, str]]:
