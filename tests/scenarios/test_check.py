@@ -269,7 +269,7 @@ def test_a_suite_that_names_a_missing_file(tmp_path: Path) -> None:
         ("sigma = 0.02", "sigma = 0.02\nbeam = 3", "lidar.beam: unknown key; did you mean 'beams'?"),
         ("mount = [0.202, 0.0, 0.0]", "mount = [-19.1, 0.0, 0.0]", "the lidar is 19.1 m from base_link; metres are meant, at most 10"),
         ('kind = "circle"', 'kind = "cirle"', "footprint.kind: unknown kind 'cirle'; did you mean 'circle'? known: circle, polygon"),
-        ("[presets.trajectory.navigators", "[presets.slow.drive]\nv_max = 0\n[presets.trajectory.navigators", "drive.v_max: 0 is wrong: input should be greater than 0"),
+        ("[presets.trajectory.navigators", "[presets.slow.drive]\nv_max = 0\n[presets.trajectory.navigators", "presets.slow.drive.v_max: 0 is wrong: input should be greater than 0"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_a_robot(tmp_path: Path, old: str, new: str, message: str) -> None:
