@@ -87,7 +87,7 @@ def assemble(p: Parameters, task: Task, robot: Robot, guarantee: str, without: C
         candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=0 if car else p.rounds,
         effort=p.effort, heading_weight=p.heading_weight,
         spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
-        certified=certified, hit=p.hit,
+        certified=certified, hit=p.hit, imminent=periods,
     )  # fmt: skip
     halts = certified and p.halt_cost > 0.0 and math.isfinite(limits.deceleration)
     ahead = longest_braking(limits, task.period) if halts else 0

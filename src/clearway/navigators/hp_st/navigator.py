@@ -15,7 +15,7 @@ from clearway.errors import ClearwayError
 from clearway.forecasts.forecast import Forecast, later
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
-from clearway.geometry.shapes import FloatArray
+from clearway.geometry.shapes import FloatArray, inscribed_radius
 from clearway.navigators.common.ahead import Ahead
 from clearway.navigators.common.arrival import BEGIN, HEADING, Approach
 from clearway.navigators.common.frame import OdometryFrame
@@ -36,6 +36,7 @@ from clearway.navigators.hp_st.decision import (
     evade,
 )
 from clearway.navigators.hp_st.environment.contact import slowed
+from clearway.navigators.hp_st.environment.cooperation import Cooperation
 from clearway.navigators.hp_st.environment.field import Field
 from clearway.navigators.hp_st.environment.goal_distance import GoalDistance
 from clearway.navigators.hp_st.environment.sight import Sight, hidden_within, looked_at
@@ -68,12 +69,19 @@ FACED = 0.3
 REFRESH = 0.3
 """What a lidar shows of what stands changes with every scan: so often the distances to the goal are made anew, s."""
 
+IMMINENT = 2.0
+"""Where those around make room a contact counts within that time, s: who comes later makes room until then."""
+
+SURE = 0.2
+"""They do where the probability that nobody makes room is less than that."""
+
 LOOK = 0.3
 """For so long a lidar's tracker has to have somebody in view to tell that they move, s: it drives only where it has looked for that long."""
 
 _LOOK_NOTE = "that it drives only where it has looked for a while"
 _HEADWAY_NOTE = "how slowly it drives beside who moves"
 _PROCEED_NOTE = "what it risks where nothing has a certificate"
+_ROOM_NOTE = "how far ahead a contact counts where those around make room"
 _EVERY_NOTE = "that it has the values of TIAGo and HOSBOT for the ward"
 
 
@@ -132,6 +140,10 @@ class HpSt(Parametrised[Parameters]):
         TunedOn("ward-day-held-out", ("tiago",), draws=range(100, 106), note=_HEADWAY_NOTE),
         TunedOn("ward-day", ("tiago", "hosbot"), draws=range(120, 156), note=_PROCEED_NOTE),
         TunedOn("ward-day", ("tiago", "hosbot"), draws=range(160, 166), note=_PROCEED_NOTE),
+        *(
+            TunedOn("ward-day", ("tiago",), draws=draws, note=_ROOM_NOTE)
+            for draws in (range(70, 74), range(120, 138), range(160, 178))
+        ),
         TunedOn("ward-day", ("turtlebot4", "pepper"), draws=range(160, 164), note=_EVERY_NOTE),
         TunedOn(
             "ward-day",
@@ -199,6 +211,8 @@ class HpSt(Parametrised[Parameters]):
             1 if robot.camera else max(1, round(REFRESH / task.period)), None if robot.camera else sight,
         )  # fmt: skip
         self._decision = None
+        self._cooperation = Cooperation(inscribed_radius(robot.shape), task.period, p.own_spread)
+        self._soon = max(1, min(self._settings.periods, round(IMMINENT / task.period)))
         self._forecast: Forecast | None = None
         self._counted: Forecast | None = None
         self._seconds = task.budget.seconds
@@ -242,6 +256,11 @@ class HpSt(Parametrised[Parameters]):
             self._rules = self._rules._replace(eye=perceived)
         self._forecast = later(now, self._ahead.time, self._p.obstacle_acceleration)
         self._counted = self._count(self._forecast, perceived, pose)
+        if self._p.headway > 0.0:
+            self._cooperation.look(pose, self._forecast)
+            imminent = self._soon if self._cooperation.doubt < SURE else self._settings.periods
+            self._settings = self._settings._replace(imminent=imminent)
+            self._evasion = self._evasion._replace(settings=self._evasion.settings._replace(imminent=imminent))
         arrived = self._approach.reached(given, memory.velocity)
         if self._approach.stopping:
             v, omega, status = self._turn(self._approach.turn, pose)

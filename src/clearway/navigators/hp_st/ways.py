@@ -58,6 +58,7 @@ class Settings(NamedTuple):
         spread: (3,) how uncertain what the search sees may be, see `predicted_obstacles`.
         certified: Whether a plan needs a certificate.
         hit: Risk of contact in a period, if it stood, from which on it isn't slow beside who moves.
+        imminent: So many of a plan's periods count in a risk of contact.
     """
 
     period: float
@@ -77,6 +78,7 @@ class Settings(NamedTuple):
     spread: FloatArray
     certified: bool
     hit: float
+    imminent: int
 
 
 class Memory(NamedTuple):
@@ -192,8 +194,9 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         step[0], step[1], turned[0] = dx, dy, turn
         collision_risks(nearby, s, m, foot, costs.margin, costs.soft, nearness, theta, step[0], step[1], turned, risked)
         risk = risked[0] if risked[0] >= 0.0 else 1.0
-        collision_risks(nearby, s, m, foot, costs.margin, costs.soft, 0.0, theta, step[0], step[1], turned, risked)
-        hit = max(hit, min(risked[0], 1.0) if risked[0] >= 0.0 else 1.0)
+        if k < scene.settings.imminent:
+            collision_risks(nearby, s, m, foot, costs.margin, costs.soft, 0.0, theta, step[0], step[1], turned, risked)
+            hit = max(hit, min(risked[0], 1.0) if risked[0] >= 0.0 else 1.0)
         cost += weight * risk * c / costs.step
         if costs.halt > 0.0:
             end = StepEnd(theta + turn, dx, dy, plan.velocities[k + 1, 0], plan.velocities[k + 1, 1])
